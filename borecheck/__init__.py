@@ -1,0 +1,1 @@
+"""borecheck: will a needle robot touch the scanner it works in?"""

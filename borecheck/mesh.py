@@ -1,0 +1,93 @@
+"""A triangle mesh as a value: read-only arrays in metres."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.errors import GeometryError
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """Vertices and triangles of one surface; the arrays are copied and frozen.
+
+    Attributes:
+        name: What the user calls it (a link, a file).
+        vertices: Points, (n, 3), float64, [m].
+        triangles: Vertex indices, (m, 3), int64, outward by the right-hand rule.
+    """
+
+    name: str
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        vertices = np.array(self.vertices, dtype=np.float64, order="C")
+        triangles = np.array(self.triangles, dtype=np.int64, order="C")
+        _check_arrays(self.name, vertices, triangles)
+        vertices.setflags(write=False)
+        triangles.setflags(write=False)
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "triangles", triangles)
+
+    @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """Corner points of every triangle, (m, 3, 3), [m]."""
+        corners = self.vertices[self.triangles]
+        corners.setflags(write=False)
+        return corners
+
+    @cached_property
+    def bounds(self) -> NDArray[np.float64]:
+        """Smallest and largest coordinates of the used vertices, (2, 3), [m]."""
+        used = self.corners.reshape(-1, 3)
+        return np.stack([used.min(axis=0), used.max(axis=0)])
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the numbers (not of the name): the identity in reports and caches."""
+        digest = sha256()
+        digest.update(self.vertices.tobytes())
+        digest.update(self.triangles.tobytes())
+        return digest.hexdigest()
+
+    @cached_property
+    def is_closed(self) -> bool:
+        """Whether every edge is shared by exactly two triangles, once each way.
+
+        Vertices at equal coordinates count as one, so a triangle soup as read from
+        STL is judged by its shape. Only of a closed mesh can one say what is inside.
+        """
+        _, same = np.unique(self.vertices, axis=0, return_inverse=True)
+        t = same.reshape(-1)[self.triangles]
+        edges = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
+        edges = edges[edges[:, 0] != edges[:, 1]]
+        key = edges[:, 0] * np.int64(len(same)) + edges[:, 1]
+        back = edges[:, 1] * np.int64(len(same)) + edges[:, 0]
+        keys, counts = np.unique(key, return_counts=True)
+        return bool((counts == 1).all() and np.array_equal(keys, np.unique(back)))
+
+    def moved(self, T_new_old: NDArray[np.float64]) -> "TriangleMesh":
+        """The same mesh with its vertices expressed in another frame."""
+        vertices = self.vertices @ T_new_old[:3, :3].T + T_new_old[:3, 3]
+        return TriangleMesh(self.name, vertices, self.triangles)
+
+
+def _check_arrays(
+    name: str, vertices: NDArray[np.float64], triangles: NDArray[np.int64]
+) -> None:
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise GeometryError(f"mesh {name}: vertices have shape {vertices.shape}")
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or len(triangles) == 0:
+        raise GeometryError(f"mesh {name}: triangles have shape {triangles.shape}")
+    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    if len(bad):
+        raise GeometryError(f"mesh {name}: vertex {bad[0]} is not finite")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise GeometryError(
+            f"mesh {name}: a triangle names vertex "
+            f"{int(triangles.max())}, but there are {len(vertices)}"
+        )

@@ -1,0 +1,1 @@
+"""Scanners and patients: parametric shapes and how they are described."""
