@@ -1,0 +1,297 @@
+"""URDF text as an XML tree that knows its file, lines and element paths.
+
+Strangers' files come through here, so it refuses what could hurt: entities, giant
+files, deep nesting. What parsers disagree about (an undeclared prefix, an odd XML
+version) is read leniently and kept as a defect.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from borecheck.errors import UrdfError
+
+MAX_BYTES = 50_000_000  # the largest public URDF is below 2 MB
+MAX_DEPTH = 64  # a URDF needs 5 levels, with ros2_control and Gazebo 10
+MAX_ELEMENTS = 500_000
+
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(inf|nan)\w*", re.I)
+_VERSION = re.compile(rb"""(<\?xml[^>]*?version\s*=\s*["'])([^"']*)(["'])""")
+
+
+class Place(NamedTuple):
+    """Where something stands: file, line (1-based), element path."""
+
+    file: str
+    line: int
+    path: str
+
+    @property
+    def text(self) -> str:
+        """As one line."""
+        return f"{self.file}:{self.line}: {self.path}"
+
+
+class SourceDefect(NamedTuple):
+    """What other parsers refuse although the tree could be read.
+
+    `kind` is "prefix" (undeclared namespace prefix) or "version" (XML version).
+    """
+
+    kind: str
+    line: int
+    message: str
+
+
+class NotNumbersError(ValueError):
+    """An attribute that should hold numbers and does not; the text says how."""
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """One URDF text, parsed.
+
+    Attributes:
+        file: The file as the user named it.
+        text: The URDF text (after expansion, if it was a xacro).
+        root: The lxml root element.
+        defects: What other parsers refuse.
+        origins: For a xacro: (file, line) of each element, in document order.
+    """
+
+    file: str
+    text: str
+    root: Any
+    defects: tuple[SourceDefect, ...] = ()
+    origins: tuple[tuple[Path, int], ...] = ()
+
+    def place(self, element: Any) -> Place:
+        """File, line and path of an element."""
+        path = self.path(element)
+        origin = self._origin.get(element)
+        if origin is not None:
+            return Place(str(origin[0]), origin[1], path)
+        return Place(self.file, element.sourceline or 1, path)
+
+    def path(self, element: Any) -> str:
+        """The path of an element: `robot/joint[@name='theta']/limit`."""
+        steps = []
+        while (parent := element.getparent()) is not None:
+            if parent not in self._steps:
+                self._steps[parent] = _child_steps(parent)
+            steps.append(self._steps[parent][element])
+            element = parent
+        return "/".join([tag_of(element), *reversed(steps)])
+
+    @cached_property
+    def _steps(self) -> dict[Any, dict[Any, str]]:
+        """The path steps of the children of elements asked for so far."""
+        return {}
+
+    @cached_property
+    def _origin(self) -> dict[Any, tuple[Path, int]]:
+        return dict(zip(elements(self.root), self.origins, strict=False))
+
+
+def read_bytes(path: Path) -> bytes:
+    """The bytes of a file, refused with one line if that is not possible.
+
+    Raises:
+        UrdfError: Missing, a directory, no permission, not a file, too large.
+    """
+    try:
+        if path.is_dir():
+            raise UrdfError(path, "is a directory, not a URDF file")
+        if not path.exists():
+            raise UrdfError(path, "no such file")
+        if not path.is_file():
+            raise UrdfError(path, "is not a regular file")
+        if path.stat().st_size > MAX_BYTES:
+            raise UrdfError(path, f"is larger than {MAX_BYTES // 10**6} MB; refused")
+        return path.read_bytes()
+    except OSError as error:
+        raise UrdfError(path, error.strerror or str(error)) from error
+
+
+def read(
+    data: bytes | str, file: str, origins: Sequence[tuple[Path, int]] = ()
+) -> Source:
+    """Parses URDF text.
+
+    Args:
+        data: The text, or the file's bytes (their XML declaration names the coding).
+        file: What to call it in findings and errors.
+        origins: For an expanded xacro, where each element came from.
+
+    Raises:
+        UrdfError: Not well-formed (with line and column), empty, or refused.
+    """
+    raw = data.encode() if isinstance(data, str) else data
+    if isinstance(data, str):
+        raw = re.sub(
+            rb"^(\s*<\?xml[^>]*?)\s+encoding\s*=\s*[\"'][^\"']*[\"']", rb"\1", raw
+        )
+    if len(raw) > MAX_BYTES:
+        raise UrdfError(file, f"is larger than {MAX_BYTES // 10**6} MB; refused")
+    if not raw.strip():
+        raise UrdfError(file, "is empty")
+    raw, defects = _mend_version(raw)
+    root, more = _parse(raw, file)
+    _check_limits(root, file)
+    text = data if isinstance(data, str) else _decoded(raw)
+    return Source(file, text, root, (*defects, *more), tuple(origins))
+
+
+def elements(root: Any) -> Iterator[Any]:
+    """All elements in document order; comments and instructions are left out."""
+    return (element for element in root.iter() if isinstance(element.tag, str))
+
+
+def children(element: Any, tag: str | None = None) -> list[Any]:
+    """Child elements, all or those of one tag."""
+    return [
+        child
+        for child in element
+        if isinstance(child.tag, str) and (tag is None or child.tag == tag)
+    ]
+
+
+def tag_of(element: Any) -> str:
+    """The tag as written, a namespace in braces replaced by its prefix."""
+    tag = str(element.tag)
+    if tag.startswith("{"):
+        local = tag.rpartition("}")[2]
+        return f"{element.prefix}:{local}" if element.prefix else local
+    return tag
+
+
+def parse_numbers(text: str, count: int | None = None) -> tuple[float, ...]:
+    """The numbers in an attribute, separated by white space.
+
+    Args:
+        text: The attribute's text.
+        count: How many there must be; any number if None.
+
+    Raises:
+        NotNumbersError: Not numbers, not finite, or not so many; the message names
+            the text and the reason.
+    """
+    words = text.split()
+    for word in words:
+        if _NUMBER.fullmatch(word) is None:
+            raise NotNumbersError(f"{text!r}: {word!r} is not a number")
+    values = tuple(_to_float(word, text) for word in words)
+    if count is not None and len(values) != count:
+        plural = "number" if count == 1 else "numbers"
+        raise NotNumbersError(f"{text!r} holds {len(values)}, not {count} {plural}")
+    return values
+
+
+def _to_float(word: str, text: str) -> float:
+    try:
+        value = float(word)
+    except ValueError:
+        raise NotNumbersError(f"{text!r}: {word!r} is not a number") from None
+    if value != value or value in (float("inf"), float("-inf")):
+        raise NotNumbersError(f"{text!r}: {word} is not finite")
+    return value
+
+
+def _child_steps(parent: Any) -> dict[Any, str]:
+    """Tag and unique name, or tag and position, of each child element."""
+    found = children(parent)
+    tags = Counter(child.tag for child in found)
+    names = Counter((child.tag, child.get("name")) for child in found)
+    seen: Counter[str] = Counter()
+    steps = {}
+    for child in found:
+        tag, name = tag_of(child), child.get("name")
+        seen[child.tag] += 1
+        if name is not None and names[child.tag, name] == 1:
+            steps[child] = f"{tag}[@name={_quoted(name)}]"
+        else:
+            steps[child] = tag if tags[child.tag] == 1 else f"{tag}[{seen[child.tag]}]"
+    return steps
+
+
+def _quoted(name: str) -> str:
+    return f'"{name}"' if "'" in name else f"'{name}'"
+
+
+def _mend_version(raw: bytes) -> tuple[bytes, tuple[SourceDefect, ...]]:
+    match = _VERSION.match(raw.lstrip()[:200])
+    if match is None or match.group(2).startswith(b"1."):
+        return raw, ()
+    version = match.group(2).decode("ascii", "replace")
+    message = f"XML version {version!r}; only 1.0 and 1.1 exist"
+    mended = _VERSION.sub(rb"\g<1>1.0\g<3>", raw, count=1)
+    return mended, (SourceDefect("version", 1, message),)
+
+
+def _parse(raw: bytes, file: str) -> tuple[Any, tuple[SourceDefect, ...]]:
+    from lxml import etree
+
+    try:
+        return etree.fromstring(raw, _parser(recover=False)), ()
+    except etree.XMLSyntaxError as error:
+        entries: Any = error.error_log
+        log = list(entries)
+        if not log or not all(e.domain_name == "NAMESPACE" for e in log):
+            raise _syntax_error(error, file) from error
+    except ValueError as error:
+        raise UrdfError(file, f"not XML: {error}") from error
+    root = etree.fromstring(raw, _parser(recover=True))
+    defects = (SourceDefect("prefix", e.line, _plain(e.message)) for e in log)
+    return root, tuple(defects)
+
+
+def _parser(recover: bool) -> Any:
+    from lxml import etree
+
+    return etree.XMLParser(
+        resolve_entities=False,
+        no_network=True,
+        load_dtd=False,
+        dtd_validation=False,
+        huge_tree=False,
+        recover=recover,
+    )
+
+
+def _syntax_error(error: Any, file: str) -> UrdfError:
+    line, column = error.position
+    problem = f"not well-formed XML: {_plain(error.msg)}"
+    return UrdfError(file, problem, f"line {line}, column {column}")
+
+
+def _plain(message: str | None) -> str:
+    text = " ".join((message or "unknown reason").split())
+    return re.sub(r", line \d+, column \d+$", "", text)
+
+
+def _check_limits(root: Any, file: str) -> None:
+    dtd = root.getroottree().docinfo.internalDTD
+    if dtd is not None and (list(dtd.iterentities()) or list(dtd.iterelements())):
+        raise UrdfError(
+            file, "declares XML entities; refused (they can expand forever)"
+        )
+    count, stack = 0, [(root, 1)]
+    while stack:
+        element, depth = stack.pop()
+        count += 1
+        if depth > MAX_DEPTH:
+            where = f"line {element.sourceline}"
+            raise UrdfError(file, f"nests deeper than {MAX_DEPTH} levels", where)
+        if count > MAX_ELEMENTS:
+            raise UrdfError(file, f"holds more than {MAX_ELEMENTS} elements; refused")
+        stack.extend((child, depth + 1) for child in element)
+
+
+def _decoded(raw: bytes) -> str:
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16", "replace")
+    return raw.decode("utf-8-sig", "replace")
