@@ -1,0 +1,29 @@
+"""What a file that should be a mesh really is: said in one line, or nothing."""
+
+_SAID_BY_FIRST_BYTES: tuple[tuple[bytes, str], ...] = (
+    (b"version https://git-lfs", "a Git LFS pointer, not the mesh: run `git lfs pull`"),
+    (b"<!doctype html", "an HTML page, not a mesh: was a download refused?"),
+    (b"<html", "an HTML page, not a mesh: was a download refused?"),
+    (b"pk\x03\x04", "a ZIP archive, not a mesh: unpack it first"),
+    (b"\x1f\x8b", "gzip-compressed: unpack it first"),
+    (b"ply\n", "a PLY file under another name"),
+    (b"ply\r\n", "a PLY file under another name"),
+    (b"off\n", "an OFF file under another name"),
+    (b"gltf", "a binary glTF file under another name"),
+    (b"iso-10303-21", "a STEP file: export a triangle mesh from it first"),
+    (b"# vtk datafile", "a VTK file: export a triangle mesh from it first"),
+)
+_START = 512  # enough for every signature, and never a scan of a whole large file
+
+
+def diagnose(data: bytes) -> str | None:
+    """What these bytes are instead of the expected mesh, or None if unknown."""
+    start = data[:_START].lstrip(b"\xef\xbb\xbf \t\r\n").lower()
+    for signature, meaning in _SAID_BY_FIRST_BYTES:
+        if start.startswith(signature):
+            return meaning
+    if start.startswith(b"<") and b"collada" in start:
+        return "a Collada file under another name"
+    if start and not any(data):
+        return "nothing but zero bytes: the copy was interrupted"
+    return None
