@@ -82,7 +82,7 @@ def _parts(
             points = np.asarray(mesh.vertices, dtype=np.float64)
             points = points @ T[:3, :3].T + T[:3, 3]
             parts.append((points, np.asarray(mesh.faces, dtype=np.int64)))
-    except Exception as error:  # noqa: BLE001  (lxml, pycollada, numpy, trimesh: any)
+    except Exception as error:  # lxml, pycollada, numpy, trimesh: anything
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise MeshError(file, f"cannot be read as Collada: {reason}") from error
     return parts

@@ -142,12 +142,12 @@ def _check(
         k = int(np.argmax(outside)) // 3
         raise MeshError(path, "names a vertex that is not there", f"triangle {k}")
     with np.errstate(invalid="ignore"):
-        finite = np.isfinite(vertices).all(axis=1)
         wild = ~(np.abs(vertices) <= _LARGEST_M).all(axis=1)
     if wild.any():
-        vertex = int(np.argmax(wild))
-        used = (triangles == vertex).any(axis=1)
-        where = f"triangle {np.argmax(used)}" if used.any() else f"vertex {vertex}"
-        problem = "is beyond every room" if finite[vertex] else "is not finite"
+        vertex = int(np.flatnonzero(wild)[0])
+        user = np.flatnonzero(triangles == vertex) // 3
+        where = f"triangle {user[0]}" if len(user) else f"vertex {vertex}"
+        is_finite = bool(np.isfinite(vertices[vertex]).all())
+        problem = "is beyond every room" if is_finite else "is not finite"
         values = ", ".join(f"{v:g}" for v in vertices[vertex])
         raise MeshError(path, f"vertex ({values}) {problem}", where)
