@@ -75,15 +75,18 @@ def orientation_3d(a: Point, b: Point, c: Point, d: Point) -> int:
     bx, by, bz = b[0] - d[0], b[1] - d[1], b[2] - d[2]
     cx, cy, cz = c[0] - d[0], c[1] - d[1], c[2] - d[2]
     det = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-    bound = error_bound_3d(
+    x, y, z = (
         max(abs(ax), abs(bx), abs(cx)),
         max(abs(ay), abs(by), abs(cy)),
         max(abs(az), abs(bz), abs(cz)),
     )
+    bound = error_bound_3d(x, y, z)
     if det > bound:
         return 1
     if det < -bound:
         return -1
+    if x == 0.0 or y == 0.0 or z == 0.0:
+        return 0  # a computed difference is 0 only if the numbers are equal
     return _exact_3d(a, b, c, d)
 
 
@@ -100,6 +103,8 @@ def orientation_2d(a: Flat, b: Flat, c: Flat) -> int:
             return 1
         if det < -bound:
             return -1
+    if x == 0.0 or y == 0.0:
+        return 0  # a computed difference is 0 only if the numbers are equal
     return _exact_2d(a, b, c)
 
 
@@ -119,7 +124,7 @@ def _bit_range(x: float, low: int, high: int) -> tuple[int, int]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add(row: NDArray[np.int64], x: float, sign: int, low: int) -> None:
-    """row += sign * x / 2^low, an integer by the choice of low."""
+    """Add sign * x / 2^low to row; an integer by the choice of low."""
     if x == 0.0:
         return
     fraction, exponent = math.frexp(abs(x))

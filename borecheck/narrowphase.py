@@ -35,7 +35,7 @@ def narrowphase_code(name: str) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def leaf(code: int, a: Triangle, b: Triangle) -> bool:
-    """Contact of the robot's triangle a and the scanner's b; unknown codes mean exact."""
+    """Contact of the robot's triangle a and the scanner's b; other codes mean exact."""
     if code == 0:
         return paper_pair(a, b)
     if code == 1:

@@ -123,7 +123,7 @@ def _f(plane: tuple[float, float, float, float], x: Point) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _same_side(p: Point, q: Point, r: Point, x: Point, y: Point) -> bool:
-    """One line of eq. (6): x and y strictly on one side of the plane through p, q, r."""
+    """One line of eq. (6): x, y strictly on one side of the plane through p, q, r."""
     plane = _plane(p, q, r)
     return _f(plane, x) * _f(plane, y) > 0.0
 
@@ -220,7 +220,7 @@ def _edge_meets(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def two_sided_pair(a: Triangle, b: Triangle) -> bool:
-    """Floating-point test of two closed triangles; see `two_sided` for what it answers."""
+    """Floating-point test of two closed triangles; `two_sided` says what it answers."""
     a1, a2, a3 = (a[0], a[1], a[2]), (a[3], a[4], a[5]), (a[6], a[7], a[8])
     b1, b2, b3 = (b[0], b[1], b[2]), (b[3], b[4], b[5]), (b[6], b[7], b[8])
     n = _cross(_minus(a2, a1), _minus(a3, a1))
