@@ -1,1 +1,46 @@
-"""borecheck: will a needle robot touch the scanner it works in?"""
+"""borecheck: will a needle robot touch the scanner it works in?
+
+The Python door. Names are imported when they are first used, so that `import
+borecheck` costs nothing.
+
+    import borecheck as bc
+    robot = bc.load_robot("zerobot", mount="+90")
+    scene = bc.load_scene("ct_gantry")
+    verdict = bc.check(robot, scene, robot.home, margin=0.02)
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from borecheck.bvh import MeshTree as MeshTree
+    from borecheck.compare import compare as compare
+    from borecheck.contact_check import check as check
+    from borecheck.errors import BorecheckError as BorecheckError
+    from borecheck.robot import load_robot as load_robot
+    from borecheck.scene import load_scene as load_scene
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "BorecheckError": "borecheck.errors",
+    "MeshTree": "borecheck.bvh",
+    "check": "borecheck.contact_check",
+    "compare": "borecheck.compare",
+    "load_robot": "borecheck.robot",
+    "load_scene": "borecheck.scene",
+}
+
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'borecheck' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOMES])

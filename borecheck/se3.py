@@ -59,7 +59,7 @@ def transform(
 
 
 def inverse(T: ArrayLike) -> Array:
-    """Inverse of a rigid transform: inverse(T_a_b) == T_b_a."""
+    """Inverse of a rigid transform: that of T_a_b is T_b_a."""
     T = np.asarray(T, dtype=float)
     result = np.eye(4)
     result[:3, :3] = T[:3, :3].T

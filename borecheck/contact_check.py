@@ -1,0 +1,355 @@
+"""Will the robot touch anything at this configuration: one verdict from all pairs.
+
+A verdict is `clear` only if every pair of part and obstacle was examined, no surface
+meets another, no solid holds another, and the certified distance exceeds the margin.
+What the numbers leave open is `unknown`.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck import clearance, containment
+from borecheck.corridor import Corridor
+from borecheck.margin import OFFSET, SECURITY, Margin, enlarged, margin_for
+from borecheck.pair_search import (
+    Found,
+    Surface,
+    check_pruning,
+    checker_name,
+    contacts,
+    surface,
+)
+from borecheck.placing import place_mesh
+from borecheck.robot import Robot
+from borecheck.scene import Scene
+from borecheck.verdict import (
+    CLEAR,
+    CONTACT,
+    UNKNOWN,
+    Closest,
+    Containment,
+    TrianglePair,
+    Verdict,
+    pairs_of,
+)
+
+Array = NDArray[np.float64]
+
+WORLD = np.eye(4)
+
+# They miss contacts by design, so their word alone makes nothing clear.
+ONE_SIDED = ("paper:robot", "paper:scanner")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a configuration is checked.
+
+    Attributes:
+        checker: The narrowphase, one of `pair_search.CHECKERS`.
+        pruning: none, coal or bvh.
+        margin: Required clearance to the obstacles.
+        link_clearance: Whether to report the clearance of every part.
+    """
+
+    checker: str = "exact"
+    pruning: str = "bvh"
+    margin: Margin = Margin(0.0, OFFSET)
+    link_clearance: bool = False
+
+
+def settings(
+    checker: str = "exact",
+    pruning: str = "bvh",
+    margin: float = 0.0,
+    margin_kind: str | None = None,
+    link_clearance: bool = False,
+) -> Settings:
+    """Settings from names, checked.
+
+    Raises:
+        UnknownNameError: A checker, pruning or margin kind that does not exist.
+        UsageError: A margin that the checker cannot keep.
+    """
+    full = checker_name(checker)
+    return Settings(
+        full,
+        check_pruning(pruning),
+        margin_for(full, margin, margin_kind),
+        link_clearance,
+    )
+
+
+@dataclass
+class _Findings:
+    """What is gathered while pairs are examined."""
+
+    contacts: list[TrianglePair]
+    self_contacts: list[TrianglePair]
+    contained: list[Containment]
+    corridor_contacts: int = 0
+    examined: int = 0
+    total: int = 0
+    only_tolerance: bool = True
+    crossing: bool = False
+
+
+@dataclass(frozen=True)
+class _Answer:
+    verdict: str
+    reason: str
+    qualifiers: tuple[str, ...] = ()
+
+
+def check(
+    robot: Robot,
+    scene: Scene,
+    q: ArrayLike,
+    *,
+    margin: float = 0.0,
+    margin_kind: str | None = None,
+    checker: str = "exact",
+    pruning: str = "bvh",
+    corridor: Corridor | None = None,
+) -> Verdict:
+    """The verdict for one configuration.
+
+    Args:
+        robot: From `load_robot`.
+        scene: From `load_scene`.
+        q: Joint positions in the order of `robot.model.joint_names`, [m] and [rad].
+        margin: Required clearance to every obstacle, [m]. Parts of the robot need
+            not keep it among themselves.
+        margin_kind: offset (true distance), enlarge-axes, enlarge-axes:world, or
+            security (Coal's); each checker has a default.
+        checker: exact, two-sided, paper, paper:robot, paper:scanner or coal.
+        pruning: none, coal or bvh; all give the same triangle pairs.
+        corridor: Where the needle may be in the patient; None: nowhere.
+
+    Raises:
+        JointLimitError: q is beyond a joint limit.
+        UnknownNameError, UsageError: Settings that do not exist or do not fit.
+    """
+    chosen = settings(checker, pruning, margin, margin_kind)
+    return check_with(robot, scene, q, chosen, corridor)
+
+
+def check_with(
+    robot: Robot,
+    scene: Scene,
+    q: ArrayLike,
+    chosen: Settings,
+    corridor: Corridor | None = None,
+) -> Verdict:
+    """As `check`, with settings made before."""
+    start = time.perf_counter()
+    q = robot.model.check_limits(q)
+    placements = robot.placements(q)
+    findings = _Findings([], [], [])
+    _examine_obstacles(robot, scene, placements, chosen, corridor, findings)
+    _examine_self(robot, placements, chosen, findings)
+    touching = bool(findings.contacts or findings.self_contacts)
+    closest, links = None, None
+    if not findings.contacts or chosen.link_clearance:
+        closest, links = clearance.to_obstacles(
+            robot, scene, placements, corridor, every_link=chosen.link_clearance
+        )
+    if not touching:
+        findings.contained += containment.all_contained(robot, scene, placements)
+    answer = _decide(findings, chosen, closest)
+    if answer.verdict == CLEAR and chosen.checker in ONE_SIDED:
+        answer = _asked_again(robot, scene, placements, chosen, corridor, answer)
+    return Verdict(
+        verdict=answer.verdict,
+        reason=answer.reason,
+        qualifiers=answer.qualifiers,
+        checker=chosen.checker,
+        checker_verdict=CONTACT if touching else CLEAR,
+        pruning="own" if chosen.checker == "coal" else chosen.pruning,
+        margin_m=chosen.margin.size,
+        margin_kind=chosen.margin.kind,
+        clearance_m=closest.distance if closest else None,
+        closest=closest,
+        contacts=tuple(findings.contacts),
+        self_contacts=tuple(findings.self_contacts),
+        corridor_contacts=findings.corridor_contacts,
+        contained=tuple(findings.contained),
+        not_modelled=(*robot.not_modelled, *scene.not_modelled),
+        pairs_examined=findings.examined,
+        pairs_pruned=findings.total - findings.examined,
+        seconds=time.perf_counter() - start,
+        q=tuple(float(value) for value in q),
+        link_clearance=links,
+    )
+
+
+def _examine_obstacles(
+    robot: Robot,
+    scene: Scene,
+    placements: dict[str, Array],
+    chosen: Settings,
+    corridor: Corridor | None,
+    findings: _Findings,
+) -> None:
+    security = chosen.margin.size if chosen.margin.kind == SECURITY else 0.0
+    for name, link, part, back in _grown_parts(robot, placements, chosen.margin):
+        T = placements[link]
+        for obstacle in scene.obstacles:
+            other = surface(obstacle.mesh)
+            found = contacts(
+                part, T, other, WORLD, chosen.checker, chosen.pruning, security
+            )
+            findings.examined += found.examined
+            findings.total += part.count * other.count
+            keep = np.ones(len(found.pairs), dtype=bool)
+            if corridor is not None and robot.may_enter(link, obstacle.role):
+                placed = place_mesh(T, part.mesh)
+                keep = ~corridor.allows(placed, obstacle.mesh, found.pairs)
+                findings.corridor_contacts += int((~keep).sum())
+            _note(findings, found, keep, part, T, other)
+            pairs = found.pairs[keep]
+            if back is not None:
+                mapped = np.column_stack([back[pairs[:, 0]], pairs[:, 1]])
+                pairs = np.unique(mapped, axis=0)
+            findings.contacts += pairs_of(name, obstacle.name, pairs)
+
+
+def _examine_self(
+    robot: Robot,
+    placements: dict[str, Array],
+    chosen: Settings,
+    findings: _Findings,
+) -> None:
+    for i, j in robot.self_pairs:
+        first, second = robot.parts[i], robot.parts[j]
+        a, b = surface(first.mesh), surface(second.mesh)
+        T_a, T_b = placements[first.link], placements[second.link]
+        found = contacts(a, T_a, b, T_b, chosen.checker, chosen.pruning)
+        findings.examined += found.examined
+        findings.total += a.count * b.count
+        _note(findings, found, np.ones(len(found.pairs), bool), a, T_a, b, T_b)
+        findings.self_contacts += pairs_of(
+            first.mesh.name, second.mesh.name, found.pairs
+        )
+
+
+def _grown_parts(
+    robot: Robot, placements: dict[str, Array], margin: Margin
+) -> Iterator[tuple[str, str, Surface, NDArray[np.int64] | None]]:
+    """Name, link, surface, and the map back to the part's own triangles if grown."""
+    for part in robot.parts:
+        if margin.enlarges:
+            mesh, back = enlarged(part.mesh, margin, placements[part.link][:3, :3])
+            yield part.mesh.name, part.link, surface(mesh), back
+        else:
+            yield part.mesh.name, part.link, surface(part.mesh), None
+
+
+def _note(
+    findings: _Findings,
+    found: Found,
+    keep: NDArray[np.bool_],
+    a: Surface,
+    T_a: Array,
+    b: Surface,
+    T_b: Array = WORLD,
+) -> None:
+    """Remembers what qualifies the contact: depth, and Coal's tolerance."""
+    pairs = found.pairs[keep]
+    if len(pairs) == 0:
+        return
+    findings.only_tolerance &= bool(found.within_tolerance[keep].all())
+    findings.crossing = findings.crossing or _cross(a, T_a, b, T_b, pairs)
+
+
+def _cross(
+    a: Surface, T_a: Array, b: Surface, T_b: Array, pairs: NDArray[np.int64]
+) -> bool:
+    """Whether an edge of one crosses the inside of the other in any of the pairs."""
+    from borecheck.triangle_contact import paper
+
+    first = place_mesh(T_a, a.mesh).corners[pairs[:, 0]]
+    second = place_mesh(T_b, b.mesh).corners[pairs[:, 1]]
+    return bool(paper(first, second).any() or paper(second, first).any())
+
+
+def _decide(findings: _Findings, chosen: Settings, closest: Closest | None) -> _Answer:
+    inside = [c for c in findings.contained if c.state != UNKNOWN]
+    if findings.contacts or findings.self_contacts:
+        return _contact_answer(findings, chosen)
+    if inside:
+        reason = f"{inside[0].link}: {inside[0].reason}"
+        return _Answer(CONTACT, reason, ("contained",))
+    if closest is None:
+        return _Answer(UNKNOWN, "there is no obstacle to be clear of")
+    answer = _clearance_answer(chosen, closest)
+    open_pairs = [c for c in findings.contained if c.state == UNKNOWN]
+    if answer.verdict == CLEAR and open_pairs:
+        return _Answer(UNKNOWN, open_pairs[0].reason)
+    return answer
+
+
+def _contact_answer(findings: _Findings, chosen: Settings) -> _Answer:
+    parts = [*findings.contacts, *findings.self_contacts]
+    names = sorted({(pair.link, pair.obstacle) for pair in parts})
+    listed = ", ".join(f"{a} with {b}" for a, b in names[:3])
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    qualifiers = []
+    if chosen.margin.size > 0.0 and findings.contacts:
+        qualifiers.append("within_margin")
+    elif findings.only_tolerance:
+        qualifiers.append("within_tolerance")
+    elif not findings.crossing:
+        qualifiers.append("touching")
+    verb = "is within the margin of" if "within_margin" in qualifiers else "meets"
+    if len(names) == 1:
+        reason = f"{names[0][0]} {verb} {names[0][1]} ({len(parts)} triangle pairs)"
+    else:
+        reason = f"{listed}{more} ({len(parts)} triangle pairs)"
+    return _Answer(CONTACT, reason, tuple(qualifiers))
+
+
+def _clearance_answer(chosen: Settings, closest: Closest) -> _Answer:
+    where = f"{closest.link} to {closest.obstacle}"
+    distance = f"{1e3 * closest.distance:.3f} mm"
+    kept = chosen.margin.kind in (OFFSET, SECURITY)
+    required = chosen.margin.size if kept else 0.0
+    if closest.upper <= 0.0:
+        return _Answer(
+            UNKNOWN,
+            f"{chosen.checker} sees no contact, but the surfaces meet ({where}); "
+            "its blind spots are in docs/contact.md",
+        )
+    if closest.upper <= required and chosen.margin.kind == OFFSET:
+        reason = f"{where}: {distance} is within the margin of {1e3 * required:g} mm"
+        return _Answer(CONTACT, reason, ("within_margin",))
+    if closest.distance <= required:
+        return _Answer(UNKNOWN, f"{where}: {distance} does not decide the margin")
+    return _Answer(CLEAR, f"nearest: {where}, {distance}")
+
+
+def _asked_again(
+    robot: Robot,
+    scene: Scene,
+    placements: dict[str, Array],
+    chosen: Settings,
+    corridor: Corridor | None,
+    answer: _Answer,
+) -> _Answer:
+    """The answer of a one-sided checker, after the exact one was asked the same."""
+    judge = Settings("exact", "bvh", chosen.margin)
+    seen = _Findings([], [], [])
+    _examine_obstacles(robot, scene, placements, judge, corridor, seen)
+    _examine_self(robot, placements, judge, seen)
+    missed = [*seen.contacts, *seen.self_contacts]
+    if not missed:
+        return answer
+    return _Answer(
+        UNKNOWN,
+        f"{chosen.checker} sees no contact, but exact sees {missed[0].link} meet "
+        f"{missed[0].obstacle}; its blind spots are in docs/contact.md",
+    )

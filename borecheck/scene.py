@@ -1,0 +1,261 @@
+"""What stands around the robot: scanner, couch, patient, obstacles, each with a role."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.description import (
+    ROLES,
+    ScannerDescription,
+    installed,
+    installed_names,
+)
+from borecheck.errors import MeshError, UnknownNameError, UsageError
+from borecheck.mesh import TriangleMesh
+from borecheck.mesh_file import read_mesh_in_unit
+from borecheck.mesh_units import guess_unit, unit_mistake
+from borecheck.model import RobotModel
+from borecheck.parts import collision_parts, links_without_collision
+from borecheck.placing import place_mesh
+from borecheck.robot import build_installed, complete_arguments, read_urdf
+from borecheck.units import LENGTH_UNITS, parse_joint_value, parse_pose
+
+Array = NDArray[np.float64]
+
+# Whatever stands in or around a scanner is about this large, [m]; a strange mesh
+# without a unit is read so that its size comes nearest to it.
+REFERENCE_SIZE = 1.0
+
+URDF_SUFFIXES = (".urdf", ".xacro")
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A surface that the robot must not touch.
+
+    Attributes:
+        name: The link or file it comes from.
+        role: scanner, couch, patient or other.
+        mesh: Triangles in the scanner's frame, [m].
+        source: File or description it was read from.
+    """
+
+    name: str
+    role: str
+    mesh: TriangleMesh
+    source: str
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """All obstacles in the scanner's frame.
+
+    Attributes:
+        name: Scanner's name, or the files.
+        description: Of an installed scanner.
+        arguments: Its xacro arguments and joint positions, complete.
+        level: Level of detail of its meshes.
+        obstacles: What stands there.
+        points: Named points, T_scene_point (4, 4).
+        not_modelled: What no verdict in this scene covers.
+        warnings: What the user should know about how files were read.
+    """
+
+    name: str
+    description: ScannerDescription | None
+    arguments: Mapping[str, str]
+    level: str
+    obstacles: tuple[Obstacle, ...]
+    points: Mapping[str, Array]
+    not_modelled: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    def with_obstacles(
+        self, more: Iterable[Obstacle], warnings: Iterable[str] = ()
+    ) -> "Scene":
+        """The scene with further obstacles; names are kept apart by a number."""
+        obstacles = list(self.obstacles)
+        for obstacle in more:
+            taken = {o.name for o in obstacles}
+            name = obstacle.name
+            count = 2
+            while name in taken:
+                name = f"{obstacle.name}#{count}"
+                count += 1
+            obstacles.append(
+                Obstacle(name, obstacle.role, obstacle.mesh, obstacle.source)
+            )
+        return Scene(
+            self.name,
+            self.description,
+            self.arguments,
+            self.level,
+            tuple(obstacles),
+            self.points,
+            self.not_modelled,
+            (*self.warnings, *warnings),
+        )
+
+
+def load_scene(
+    name: str | Path | Sequence[str | Path],
+    *,
+    level: str = "coarse",
+    obstacles: Sequence[str] = (),
+    patients: Sequence[str] = (),
+    package_paths: Sequence[Path] = (),
+    **arguments: str,
+) -> Scene:
+    """A scene from an installed scanner's name or from mesh and URDF files.
+
+    Args:
+        name: For example "ct_gantry"; or files as `FILE[:unit][@x,y,z[,r,p,y]]`.
+        level: Level of detail of an installed scanner's meshes.
+        obstacles: Further files in the same form, in the role `other`.
+        patients: Further files in the role `patient`.
+        package_paths: Roots for `package://`.
+        **arguments: xacro arguments and joint positions of the scanner.
+
+    Raises:
+        UnknownNameError: No such scanner, argument or joint.
+        MeshError: A mesh that cannot be read, or whose unit is off by 1000.
+    """
+    names = [name] if isinstance(name, str | Path) else list(name)
+    if len(names) == 1 and str(names[0]) in installed_names("scanners"):
+        scene = _load_installed(str(names[0]), level, arguments)
+    else:
+        if arguments:
+            raise UsageError("scene arguments go with an installed scanner only")
+        scene = _empty(" + ".join(map(str, names)))
+        scene = _with_files(scene, [str(n) for n in names], "other", package_paths)
+    scene = _with_files(scene, obstacles, "other", package_paths)
+    return _with_files(scene, patients, "patient", package_paths)
+
+
+def _empty(name: str) -> Scene:
+    return Scene(name, None, {}, "as given", (), {}, (), ())
+
+
+def _with_files(
+    scene: Scene, files: Sequence[str], role: str, package_paths: Sequence[Path]
+) -> Scene:
+    for text in files:
+        found, warnings = read_obstacle(text, role, package_paths)
+        scene = scene.with_obstacles(found, warnings)
+    return scene
+
+
+def _load_installed(name: str, level: str, given: Mapping[str, str]) -> Scene:
+    description: ScannerDescription = installed("scanners", "scanner", name)
+    joints = {n: t for n, t in given.items() if n in description.joints}
+    shape = {n: t for n, t in given.items() if n not in description.joints}
+    _check_known(description, shape)
+    arguments = complete_arguments(description, shape)
+    model, _ = build_installed(description, level, arguments)
+    positions = _joint_positions(model, description, joints)
+    placements = model.placements(model.check_limits(model.configuration(positions)))
+    obstacles = tuple(
+        Obstacle(
+            part.mesh.name,
+            description.roles.get(part.link, "other"),
+            place_mesh(placements[part.link], part.mesh),
+            name,
+        )
+        for part in collision_parts(model.tree, description.xacro)
+    )
+    points = {point: placements[point] for point in description.points}
+    values = {**arguments, **{n: repr(v) for n, v in positions.items()}}
+    bare = links_without_collision(model.tree)
+    not_modelled = (
+        *description.not_modelled,
+        *(f"{link} of {name} has no collision geometry" for link in bare),
+    )
+    return Scene(name, description, values, level, obstacles, points, not_modelled, ())
+
+
+def _check_known(description: ScannerDescription, given: Mapping[str, str]) -> None:
+    for name in given:
+        if name not in description.arguments:
+            known = [*description.arguments, *description.joints]
+            raise UnknownNameError("scene argument", name, known)
+
+
+def _joint_positions(
+    model: RobotModel, description: ScannerDescription, given: Mapping[str, str]
+) -> dict[str, float]:
+    positions = dict(description.joints)
+    for name, text in given.items():
+        joint = model.free_joints[model.joint_names.index(name)]
+        positions[name] = parse_joint_value(str(text), revolute=joint.is_angle)
+    return positions
+
+
+def read_obstacle(
+    text: str, role: str, package_paths: Sequence[Path] = ()
+) -> tuple[tuple[Obstacle, ...], tuple[str, ...]]:
+    """Obstacles and warnings from `FILE[:unit][@x,y,z[,r,p,y]]`.
+
+    Raises:
+        UsageError: An unknown unit or a pose that is none.
+        MeshError: The file cannot be read, or its unit is off by 1000.
+        UrdfError: A URDF from which no geometry can be had.
+    """
+    if role not in ROLES:
+        raise UnknownNameError("role", role, ROLES)
+    path, unit, T_scene_file = _split(text)
+    if path.suffix in URDF_SUFFIXES:
+        return _urdf_obstacles(path, role, T_scene_file, package_paths), ()
+    mesh, warnings = _strange_mesh(path, unit)
+    placed = place_mesh(T_scene_file, mesh)
+    return (Obstacle(path.stem, role, placed, str(path)),), warnings
+
+
+def _split(text: str) -> tuple[Path, str | None, Array]:
+    """File, unit and placement; a file whose name holds : or @ is taken whole."""
+    if Path(text).exists():
+        return Path(text), None, np.eye(4)
+    rest, _, pose = text.rpartition("@") if "@" in text else (text, "", "")
+    T_scene_file = parse_pose(pose) if pose else np.eye(4)
+    match = re.fullmatch(r"(.+):([A-Za-z]+)", rest)
+    if match is None:
+        return Path(rest), None, T_scene_file
+    file, unit = match.groups()
+    if unit not in LENGTH_UNITS:
+        raise UsageError(
+            f"unit {unit!r} of {file} is none of {', '.join(LENGTH_UNITS)}"
+        )
+    return Path(file), unit, T_scene_file
+
+
+def _strange_mesh(path: Path, unit: str | None) -> tuple[TriangleMesh, tuple[str, ...]]:
+    if unit is not None:
+        mesh = read_mesh_in_unit(path, unit)
+        mistake = unit_mistake(mesh, REFERENCE_SIZE)
+        if mistake is not None:
+            raise MeshError(path, mistake)
+        return mesh, ()
+    raw = read_mesh_in_unit(path, "m")
+    unit, warning = guess_unit(raw, REFERENCE_SIZE)
+    mesh = raw if unit == "m" else read_mesh_in_unit(path, unit)
+    return mesh, (f"{path}: {warning}",) if warning else ()
+
+
+def _urdf_obstacles(
+    path: Path, role: str, T_scene_root: Array, package_paths: Sequence[Path]
+) -> tuple[Obstacle, ...]:
+    text, _ = read_urdf(path, {}, package_paths)
+    model = RobotModel(text, str(path))
+    placements = model.placements(np.clip(0.0, model.lower, model.upper))
+    return tuple(
+        Obstacle(
+            part.mesh.name,
+            role,
+            place_mesh(T_scene_root @ placements[part.link], part.mesh),
+            str(path),
+        )
+        for part in collision_parts(model.tree, path, package_paths)
+    )

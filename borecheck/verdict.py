@@ -1,0 +1,134 @@
+"""What a contact check says, as values: clear, contact or unknown, and why."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+CLEAR = "clear"
+CONTACT = "contact"
+UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class TrianglePair:
+    """Two triangles in contact; the numbers are places in the meshes' triangle lists.
+
+    Attributes:
+        link: Robot's part (its link, numbered where a link has several shapes).
+        obstacle: Obstacle, or the other part for self contact.
+        link_triangle: Triangle of the link.
+        obstacle_triangle: Triangle of the obstacle.
+    """
+
+    link: str
+    obstacle: str
+    link_triangle: int
+    obstacle_triangle: int
+
+
+@dataclass(frozen=True)
+class Containment:
+    """One solid wholly inside another, or a pair for which that cannot be told."""
+
+    link: str
+    obstacle: str
+    state: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Closest:
+    """The two nearest points between robot and surroundings.
+
+    Attributes:
+        link: Robot's part.
+        obstacle: Obstacle, or the other part when it is a self distance.
+        role: The obstacle's role, or "self".
+        distance: Lower bound of the distance, [m].
+        upper: Upper bound, [m]: the distance of `points`.
+        points: The point on the link and on the obstacle, scanner's frame, [m].
+        triangles: The triangle of each.
+    """
+
+    link: str
+    obstacle: str
+    role: str
+    distance: float
+    upper: float
+    points: tuple[tuple[float, float, float], tuple[float, float, float]]
+    triangles: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The answer for one configuration.
+
+    Attributes:
+        verdict: clear, contact or unknown.
+        reason: One sentence.
+        qualifiers: touching, within_margin, contained, within_tolerance.
+        checker: The narrowphase that was asked.
+        checker_verdict: What that checker alone says; a one-sided test may say clear
+            where the verdict is not.
+        pruning: How pairs were kept from the narrowphase.
+        margin_m: Required clearance to obstacles, [m].
+        margin_kind: offset, enlarge-axes, enlarge-axes:world or security.
+        clearance_m: Distance between robot and obstacles, [m]; None if in contact.
+        closest: Where that is.
+        self_clearance: Nearest parts of the robot that must not touch; None unless
+            asked for.
+        contacts: Triangle pairs in contact, robot against obstacles.
+        self_contacts: Triangle pairs in contact within the robot.
+        corridor_contacts: How many pairs of needle and patient lie in the plan's
+            corridor and therefore do not count.
+        contained: Solids inside others, or pairs where that is unknown.
+        not_modelled: What the verdict does not cover.
+        pairs_examined: Triangle pairs the narrowphase looked at.
+        pairs_pruned: Pairs it did not need to look at.
+        seconds: Time taken.
+        q: Configuration, in the order of the robot's joints.
+        link_clearance: Clearance of every part to the obstacles, [m], if asked for.
+    """
+
+    verdict: str
+    reason: str
+    qualifiers: tuple[str, ...]
+    checker: str
+    checker_verdict: str
+    pruning: str
+    margin_m: float
+    margin_kind: str
+    clearance_m: float | None
+    closest: Closest | None
+    contacts: tuple[TrianglePair, ...]
+    self_contacts: tuple[TrianglePair, ...]
+    corridor_contacts: int
+    contained: tuple[Containment, ...]
+    not_modelled: tuple[str, ...]
+    pairs_examined: int
+    pairs_pruned: int
+    seconds: float
+    q: tuple[float, ...]
+    link_clearance: dict[str, float] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values for `json.dumps`."""
+        return asdict(self)
+
+
+def pairs_of(
+    link: str, obstacle: str, ids: NDArray[np.int64]
+) -> tuple[TrianglePair, ...]:
+    """Records from triangle numbers (k, 2)."""
+    return tuple(TrianglePair(link, obstacle, int(a), int(b)) for a, b in ids)
+
+
+def worst_of(verdicts: Sequence[str]) -> str:
+    """Contact beats unknown beats clear; nothing examined is unknown."""
+    for verdict in (CONTACT, UNKNOWN):
+        if verdict in verdicts:
+            return verdict
+    return CLEAR if verdicts else UNKNOWN
