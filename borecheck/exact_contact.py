@@ -51,6 +51,12 @@ def exact_counted(alpha: ArrayLike, beta: ArrayLike) -> tuple[NDArray[np.bool_],
     return contact, int(n_exact_road)
 
 
+def exact_road_only(alpha: ArrayLike, beta: ArrayLike) -> NDArray[np.bool_]:
+    """As `exact`, with the floating-point filter switched off."""
+    a, b = triangle_rows(alpha, beta)
+    return _exact_road_rows(a, b)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def exact_pair(a: Triangle, b: Triangle) -> bool:
     """Whether two closed triangles have a point in common. Corners must be finite."""
@@ -75,6 +81,16 @@ def _exact_rows(
         else:
             contact[k] = answer == CONTACT
     return contact, n_exact_road
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _exact_road_rows(
+    a: NDArray[np.float64], b: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    contact = np.zeros(len(a), dtype=np.bool_)
+    for k in range(len(a)):
+        contact[k] = exact_road(triangle_row(a, k), triangle_row(b, k))
+    return contact
 
 
 # --- first road: floating point with an error bound ---------------------------------
