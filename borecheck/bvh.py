@@ -1,0 +1,254 @@
+"""A mesh made ready for contact and clearance queries: `MeshTree`."""
+
+import math
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck import bvh_query, cache
+from borecheck.bvh_boxes import LARGEST_COORDINATE
+from borecheck.bvh_build import CHILD_ROW, ROWS, WIDTH, TreeArrays, build
+from borecheck.errors import GeometryError
+from borecheck.mesh import TriangleMesh
+from borecheck.narrowphase import narrowphase_code
+from borecheck.se3 import check_transform
+
+# Below this, building is quicker than finding the file.
+CACHED_TRIANGLES = 20_000
+CACHE_KIND = "tree-1"
+
+Placement = NDArray[np.float64]
+
+
+class MeshTree:
+    """A mesh and its tree of boxes, built once in the mesh's own frame.
+
+    The arrays are copied. Trees of large meshes are kept on disk under the hash of
+    the mesh's numbers, see `borecheck.cache`.
+
+    Args:
+        vertices: Points, (n, 3), [m].
+        triangles: Vertex indices, (m, 3).
+        cached: Whether the tree may be read from and written to the disk cache.
+
+    Raises:
+        GeometryError: Wrong shapes, no triangles, numbers that are not finite or not
+            indices.
+    """
+
+    def __init__(
+        self, vertices: ArrayLike, triangles: ArrayLike, *, cached: bool = True
+    ) -> None:
+        mesh = _checked_mesh(vertices, triangles)
+        corners = mesh.vertices[mesh.triangles].reshape(-1, 9)
+        tree = _tree_of(mesh, corners, cached)
+        self.nodes = tree.nodes
+        self.order = tree.order
+        self.depth = tree.depth
+        self.corners = corners[tree.order]
+        self.frame = tree.frame
+
+    @classmethod
+    def of(cls, mesh: TriangleMesh, *, cached: bool = True) -> "MeshTree":
+        """The tree of a mesh record."""
+        return cls(mesh.vertices, mesh.triangles, cached=cached)
+
+    @property
+    def triangle_count(self) -> int:
+        """Number of triangles."""
+        return len(self.order)
+
+    def first_contact(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        narrowphase: str = "exact",
+    ) -> bool:
+        """Whether any triangle of this mesh meets any of the other one.
+
+        Args:
+            other: The obstacle.
+            T_self: Placement of this mesh, T_world_self, (4, 4).
+            T_other: Placement of the other mesh, T_world_other, (4, 4).
+            narrowphase: "exact", "two-sided", "paper:robot" or "paper:scanner"; this
+                mesh is the robot's.
+
+        Raises:
+            GeometryError: A placement that is no rigid transform.
+            UnknownNameError: No such narrowphase.
+        """
+        task = bvh_query.FIRST
+        count, _, _ = self._search(other, T_self, T_other, narrowphase, task)
+        return bool(count > 0)
+
+    def contacts(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        narrowphase: str = "exact",
+    ) -> NDArray[np.int64]:
+        """All pairs of triangles that meet, (k, 2), as original ids, sorted.
+
+        Arguments and errors as in `first_contact`.
+        """
+        pairs, _ = self.contacts_counted(other, T_self, T_other, narrowphase)
+        return pairs
+
+    def contacts_counted(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        narrowphase: str = "exact",
+    ) -> tuple[NDArray[np.int64], int]:
+        """`contacts`, and how many triangle pairs the narrowphase examined.
+
+        All other pairs were pruned: their boxes are surely apart.
+        """
+        task = bvh_query.ALL
+        count, examined, found = self._search(other, T_self, T_other, narrowphase, task)
+        return self._original(other, found[:count]), int(examined)
+
+    def candidates(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        inflate: float = 0.0,
+    ) -> NDArray[np.int64]:
+        """Pairs of triangles whose boxes may meet, (k, 2), as original ids, sorted.
+
+        Every pair nearer than `inflate` [m] is among them.
+        """
+        if not (math.isfinite(inflate) and inflate >= 0.0):
+            raise GeometryError(f"inflate is {inflate}, not a distance in metres")
+        task = bvh_query.BOXES
+        count, _, found = self._search(other, T_self, T_other, "exact", task, inflate)
+        return self._original(other, found[:count])
+
+    def _search(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        narrowphase: str,
+        task: int,
+        inflate: float = 0.0,
+    ) -> tuple[int, int, NDArray[np.int64]]:
+        T_self, T_other = placement(T_self, "T_self"), placement(T_other, "T_other")
+        count, examined, found = bvh_query.search(
+            self.nodes,
+            self.corners,
+            self.frame,
+            T_self,
+            other.nodes,
+            other.corners,
+            other.frame,
+            T_other,
+            self.depth + other.depth,
+            narrowphase_code(narrowphase),
+            task,
+            inflate,
+        )
+        if count == bvh_query.BAD_A:
+            reject_placement(T_self, "T_self")
+        if count == bvh_query.BAD_B:
+            reject_placement(T_other, "T_other")
+        return count, examined, found
+
+    def _original(
+        self, other: "MeshTree", leaves: NDArray[np.int64]
+    ) -> NDArray[np.int64]:
+        """Pairs of leaves as original triangle ids, sorted."""
+        keys = self.order[leaves[:, 0]] * other.triangle_count
+        keys += other.order[leaves[:, 1]]
+        keys.sort()
+        return np.stack(np.divmod(keys, other.triangle_count), axis=1)
+
+
+def placement(T: ArrayLike, name: str) -> Placement:
+    """T as a fresh (4, 4) array; that it is rigid is for the kernels to check."""
+    T = np.array(T, dtype=np.float64, order="C")
+    if T.shape != (4, 4):
+        raise GeometryError(f"{name} has shape {T.shape}, not (4, 4)")
+    return T
+
+
+def reject_placement(T: Placement, name: str) -> NoReturn:
+    """Says what is wrong with a placement that a kernel found not to be rigid."""
+    check_transform(T, name)
+    raise GeometryError(f"{name} shifts by more than {LARGEST_COORDINATE:g} m")
+
+
+def _checked_mesh(vertices: ArrayLike, triangles: ArrayLike) -> TriangleMesh:
+    ids = np.asarray(triangles)
+    if ids.dtype.kind not in "iu":
+        raise GeometryError(f"triangles are {ids.dtype}, not vertex indices")
+    mesh = TriangleMesh("of the tree", np.asarray(vertices, np.float64), ids)
+    if np.abs(mesh.vertices).max() > LARGEST_COORDINATE:
+        raise GeometryError(
+            f"mesh of the tree: a coordinate exceeds {LARGEST_COORDINATE:g} m"
+        )
+    return mesh
+
+
+def _tree_of(
+    mesh: TriangleMesh, corners: NDArray[np.float64], cached: bool
+) -> TreeArrays:
+    if not cached or len(corners) < CACHED_TRIANGLES:
+        return build(corners)
+    stored = _read_tree(mesh.sha256, len(corners))
+    if stored is not None:
+        return stored
+    tree = build(corners)
+    arrays: cache.Arrays = {
+        "nodes": tree.nodes,
+        "order": tree.order.astype(np.int32),
+        "frame": tree.frame,
+        "depth": np.array(tree.depth),
+    }
+    cache.store(CACHE_KIND, mesh.sha256, arrays)
+    return tree
+
+
+def _read_tree(key: str, count: int) -> TreeArrays | None:
+    """The cached tree of a mesh with so many triangles, if it is there and sound."""
+    arrays = cache.load(CACHE_KIND, key)
+    if arrays is None:
+        return None
+    try:
+        tree = TreeArrays(
+            np.ascontiguousarray(arrays["nodes"], np.float32),
+            arrays["order"].astype(np.int64),
+            np.ascontiguousarray(arrays["frame"], np.float64),
+            int(arrays["depth"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        cache.warn_damaged(CACHE_KIND, key, repr(error))
+        return None
+    if not _is_sound(tree, count):
+        cache.warn_damaged(CACHE_KIND, key, "not a tree of this mesh")
+        return None
+    return tree
+
+
+def _is_sound(tree: TreeArrays, count: int) -> bool:
+    """Whether following the tree stays inside its arrays and reaches every triangle.
+
+    The kernels check no index: a wrong reference would read foreign memory.
+    """
+    shapes = tree.nodes.ndim == 3 and tree.nodes.shape[1:] == (ROWS, WIDTH)
+    if not (shapes and len(tree.nodes) and tree.frame.shape == (4,)):
+        return False
+    if tree.order.shape != (count,) or not 0 < tree.depth <= len(tree.nodes):
+        return False
+    if tree.order.min() < 0 or (np.bincount(tree.order, minlength=count) != 1).any():
+        return False
+    used = tree.nodes[:, 3] >= 0.0
+    references = tree.nodes.view(np.int32)[:, CHILD_ROW][used]
+    children, leaves = references[references >= 0], ~references[references < 0]
+    inside = np.array_equal(np.sort(children), np.arange(1, len(tree.nodes)))
+    return inside and np.array_equal(np.sort(leaves), np.arange(count))

@@ -1,0 +1,257 @@
+"""Which boxes of a tree node can meet a box of another tree: eight at a time, safely.
+
+One point belongs to both meshes a and b if p_b = M p_a + m, where p_a and p_b are
+measured from the origins of the two trees, M = R_b^-1 R_a and
+m = R_b^-1 (R_a o_a + t_a - t_b) - o_b. Two boxes are apart if their projections on
+one of the six box axes are; the nine cross products of axes are not tried (they cut
+the visits by a tenth and cost more). Nothing here assumes that R is exactly a
+rotation: the way back uses the true inverse of M.
+
+Rounding. A *relation* holds M, m and their inverse in float32, and a slack that
+every comparison allows. With u = 2**-24, C_a and C_b the largest coordinates in
+the two trees and X = C_a + C_b + |m|:
+
+* own axes: at most eight operations, each a relative u, on terms bounded by
+  sqrt(3) C_a, |m| and C_b, on both sides of the comparison: below 32 u X;
+* foreign axes: the differences above, off by at most 18 u X, pass through a matrix
+  with row sums below sqrt(3), and eight operations more: below 64 u X;
+* M and m in float64: below 64 v Y with v = 2**-53 and Y the sum of the sizes of both
+  origins and both translations. Placing the corners in the world, where the leaf
+  tests see them, is off by less than 64 v (X + Y): together below 128 v (X + Y).
+  (Rotations are checked to 1e-6, so an error keeps its size from frame to frame.)
+
+The slack is 2 * (64 u X + 128 v (X + Y)), twice what is needed, in each comparison.
+These are written so that a NaN keeps a pair.
+"""
+
+from typing import Any
+
+from numba import njit
+
+from borecheck.bvh_build import F32, WIDTH
+from borecheck.se3 import ROTATION_TOLERANCE
+
+# Columns of one row of a relation: M (9), m (3), slack.
+SHIFT = 9
+SLACK = 12
+RELATION_SHAPE = (2, 13)
+# Rows of the float64 scratch of one pair: T_a, T_b, M and m, their inverse, R_b^-1.
+PAIR_SHAPE = (5, 3, 4)
+PLACE_A, PLACE_B, FORTH, BACK, UNDO_B = range(5)
+# The frame of a tree: its origin (3) and its largest coordinate.
+EXTENT = 3
+
+# float32 boxes square coordinates; nothing in a scanner room is larger.
+LARGEST_COORDINATE = 1e12
+
+_BOX_UNIT = 2.0**-17  # 2 * 64 u
+_WORLD_UNIT = 2.0**-45  # 2 * 128 v
+_SMALLEST = 1e-30  # keeps float32 away from its denormal numbers
+# Distances in the frame of a mesh against those in the world, for `inflate`.
+_RIGID = 1.0 + 1e-5
+
+KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+INLINE: dict[str, Any] = {**KERNEL, "forceinline": True}
+# Only box tests may contract a * b + c: one rounding less, and the slack covers all.
+BOX: dict[str, Any] = {**INLINE, "fastmath": {"contract"}}
+
+
+@njit(**INLINE)
+def copy_placement(T, pair, row):  # type: ignore[no-untyped-def]
+    """Copies a (4, 4) or (3, 4) transform into the scratch of a pair."""
+    for i in range(3):
+        for j in range(4):
+            pair[row, i, j] = T[i, j]
+
+
+@njit(**INLINE)
+def is_rigid(T):  # type: ignore[no-untyped-def]
+    """Whether a transform is finite and rigid as `se3.check_transform` asks."""
+    worst = 0.0
+    for i in range(3):
+        for j in range(i, 3):
+            dot = T[0, i] * T[0, j] + T[1, i] * T[1, j] + T[2, i] * T[2, j]
+            worst = max(worst, abs(dot - (1.0 if i == j else 0.0)))
+    determinant = (
+        T[0, 0] * (T[1, 1] * T[2, 2] - T[1, 2] * T[2, 1])
+        + T[0, 1] * (T[1, 2] * T[2, 0] - T[1, 0] * T[2, 2])
+        + T[0, 2] * (T[1, 0] * T[2, 1] - T[1, 1] * T[2, 0])
+    )
+    far = max(abs(T[0, 3]), max(abs(T[1, 3]), abs(T[2, 3])))
+    last = (T[3, 0] == 0.0) & (T[3, 1] == 0.0) & (T[3, 2] == 0.0) & (T[3, 3] == 1.0)
+    # A NaN anywhere makes a comparison false.
+    finite = (T[0, 3] + T[1, 3] + T[2, 3]) * 0.0 == 0.0
+    sized = finite & (far <= LARGEST_COORDINATE) & (determinant > 0.0)
+    return sized & (worst <= ROTATION_TOLERANCE) & last
+
+
+@njit(**INLINE)
+def is_identity(T):  # type: ignore[no-untyped-def]
+    """Whether a transform leaves every point where it is."""
+    same = True
+    for i in range(3):
+        for j in range(4):
+            same &= T[i, j] == (1.0 if i == j else 0.0)
+    return same
+
+
+@njit(**INLINE)
+def relate(pair, b_is_world, frame_a, frame_b, inflate, relation):  # type: ignore[no-untyped-def]
+    """Fills row 0 of a relation, which takes boxes of a into the frame of b.
+
+    Args:
+        pair: Scratch with both placements set; the exact M and m are filled.
+        b_is_world: Whether the placement of b is the identity.
+        frame_a: Origin and largest coordinate of tree a, (4,).
+        frame_b: The same of tree b.
+        inflate: Boxes nearer than this count as meeting, [m].
+        relation: (2, 13), float32.
+    """
+    reach = abs(frame_b[0]) + abs(frame_b[1]) + abs(frame_b[2])
+    for i in range(3):
+        reach += abs(frame_a[i]) + abs(pair[PLACE_A, i, 3]) + abs(pair[PLACE_B, i, 3])
+        for j in range(3):
+            pair[FORTH, i, j] = pair[PLACE_A, i, j]
+        pair[FORTH, i, 3] = (
+            pair[PLACE_A, i, 0] * frame_a[0]
+            + pair[PLACE_A, i, 1] * frame_a[1]
+            + pair[PLACE_A, i, 2] * frame_a[2]
+            + (pair[PLACE_A, i, 3] - pair[PLACE_B, i, 3])
+        )
+    if not b_is_world:
+        _invert(pair, PLACE_B, UNDO_B)
+        _multiply(pair, UNDO_B, FORTH, BACK)
+        for i in range(3):
+            for j in range(4):
+                pair[FORTH, i, j] = pair[BACK, i, j]
+    size = frame_a[EXTENT] + frame_b[EXTENT]
+    for i in range(3):
+        pair[FORTH, i, 3] -= frame_b[i]
+        size += abs(pair[FORTH, i, 3])
+    slack = _BOX_UNIT * size + _WORLD_UNIT * (size + reach) + inflate * _RIGID
+    relation[0, SLACK] = F32(slack * 1.000001 + _SMALLEST)
+    relation[1, SLACK] = relation[0, SLACK]
+    _round(pair, FORTH, relation, 0)
+
+
+@njit(**INLINE)
+def relate_back(pair, relation):  # type: ignore[no-untyped-def]
+    """Fills row 1 of a relation, which takes boxes of b into the frame of a."""
+    _invert(pair, FORTH, BACK)
+    for i in range(3):
+        pair[BACK, i, 3] = -(
+            pair[BACK, i, 0] * pair[FORTH, 0, 3]
+            + pair[BACK, i, 1] * pair[FORTH, 1, 3]
+            + pair[BACK, i, 2] * pair[FORTH, 2, 3]
+        )
+    _round(pair, BACK, relation, 1)
+
+
+@njit(**INLINE)
+def _invert(pair, source, target):  # type: ignore[no-untyped-def]
+    """The inverse of a 3x3 matrix near a rotation, by cofactors."""
+    for j in range(3):
+        p, q = (j + 1) % 3, (j + 2) % 3
+        for i in range(3):
+            r, s = (i + 1) % 3, (i + 2) % 3
+            pair[target, i, j] = (
+                pair[source, p, r] * pair[source, q, s]
+                - pair[source, p, s] * pair[source, q, r]
+            )
+    scale = 1.0 / (
+        pair[source, 0, 0] * pair[target, 0, 0]
+        + pair[source, 0, 1] * pair[target, 1, 0]
+        + pair[source, 0, 2] * pair[target, 2, 0]
+    )
+    for i in range(3):
+        for j in range(3):
+            pair[target, i, j] *= scale
+
+
+@njit(**INLINE)
+def _multiply(pair, left, right, target):  # type: ignore[no-untyped-def]
+    """Target = the 3x3 part of left times the whole of right."""
+    for i in range(3):
+        for j in range(4):
+            pair[target, i, j] = (
+                pair[left, i, 0] * pair[right, 0, j]
+                + pair[left, i, 1] * pair[right, 1, j]
+                + pair[left, i, 2] * pair[right, 2, j]
+            )
+
+
+@njit(**INLINE)
+def _round(pair, source, relation, row):  # type: ignore[no-untyped-def]
+    for i in range(3):
+        for j in range(3):
+            relation[row, 3 * i + j] = F32(pair[source, i, j])
+        relation[row, SHIFT + i] = F32(pair[source, i, 3])
+
+
+@njit(**INLINE)
+def child_box(nodes, reference):  # type: ignore[no-untyped-def]
+    """Centre and half extents of the box in a slot; reference = 8 node + slot."""
+    node, slot = reference >> 3, reference & 7
+    return (
+        nodes[node, 0, slot],
+        nodes[node, 1, slot],
+        nodes[node, 2, slot],
+        nodes[node, 3, slot],
+        nodes[node, 4, slot],
+        nodes[node, 5, slot],
+    )
+
+
+@njit(**BOX)
+def mark_overlaps(nodes, node, box, relation, row, flags):  # type: ignore[no-untyped-def]
+    """flags[i] = whether child box i of a node may meet a box of the other tree.
+
+    Args:
+        nodes: The tree whose node is opened.
+        node: Its node.
+        box: Centre and half extents in the frame of the other tree.
+        relation: See `relate`.
+        row: The row that takes the box into the frame of the opened tree.
+        flags: (8,), uint8, filled.
+    """
+    cx, cy, cz, hx, hy, hz = box
+    m, f = relation[row], relation[1 - row]
+    slack = m[SLACK]
+    x = m[0] * cx + m[1] * cy + m[2] * cz + m[9]
+    y = m[3] * cx + m[4] * cy + m[5] * cz + m[10]
+    z = m[6] * cx + m[7] * cy + m[8] * cz + m[11]
+    wx = abs(m[0]) * hx + abs(m[1]) * hy + abs(m[2]) * hz + slack
+    wy = abs(m[3]) * hx + abs(m[4]) * hy + abs(m[5]) * hz + slack
+    wz = abs(m[6]) * hx + abs(m[7]) * hy + abs(m[8]) * hz + slack
+    hx, hy, hz = hx + slack, hy + slack, hz + slack
+    f0, f1, f2, f3, f4, f5 = f[0], f[1], f[2], f[3], f[4], f[5]
+    f6, f7, f8 = f[6], f[7], f[8]
+    a0, a1, a2, a3, a4, a5 = abs(f0), abs(f1), abs(f2), abs(f3), abs(f4), abs(f5)
+    a6, a7, a8 = abs(f6), abs(f7), abs(f8)
+    for i in range(WIDTH):
+        dx, dy, dz = nodes[node, 0, i] - x, nodes[node, 1, i] - y, nodes[node, 2, i] - z
+        sx, sy, sz = nodes[node, 3, i], nodes[node, 4, i], nodes[node, 5, i]
+        apart = (abs(dx) > sx + wx) | (abs(dy) > sy + wy) | (abs(dz) > sz + wz)
+        px = f0 * dx + f1 * dy + f2 * dz
+        py = f3 * dx + f4 * dy + f5 * dz
+        pz = f6 * dx + f7 * dy + f8 * dz
+        apart |= abs(px) > hx + (a0 * sx + a1 * sy + a2 * sz)
+        apart |= abs(py) > hy + (a3 * sx + a4 * sy + a5 * sz)
+        apart |= abs(pz) > hz + (a6 * sx + a7 * sy + a8 * sz)
+        flags[i] = not apart
+
+
+@njit(**BOX)
+def roots_apart(nodes_a, root_a, nodes_b, root_b, relation):  # type: ignore[no-untyped-def]
+    """Whether the boxes of two whole meshes are apart along the axes of b."""
+    cx, cy, cz, hx, hy, hz = child_box(nodes_a, 8 * root_a)
+    bx, by, bz, kx, ky, kz = child_box(nodes_b, 8 * root_b)
+    m = relation[0]
+    slack = m[SLACK]
+    x = m[0] * cx + m[1] * cy + m[2] * cz + m[9]
+    y = m[3] * cx + m[4] * cy + m[5] * cz + m[10]
+    z = m[6] * cx + m[7] * cy + m[8] * cz + m[11]
+    wx = abs(m[0]) * hx + abs(m[1]) * hy + abs(m[2]) * hz + slack
+    wy = abs(m[3]) * hx + abs(m[4]) * hy + abs(m[5]) * hz + slack
+    wz = abs(m[6]) * hx + abs(m[7]) * hy + abs(m[8]) * hz + slack
+    return (abs(x - bx) > kx + wx) | (abs(y - by) > ky + wy) | (abs(z - bz) > kz + wz)
