@@ -1,0 +1,1 @@
+"""Speed against peers: paired, interleaved, CPU time. Never part of the tests."""
