@@ -1,0 +1,66 @@
+"""The loops over triangle pairs give what the pairwise functions give."""
+
+import numpy as np
+import pytest
+
+from borecheck.errors import UnknownNameError
+from borecheck.exact_contact import exact
+from borecheck.narrowphase import (
+    all_contacts,
+    contact_pairs,
+    first_contact,
+    narrowphase_code,
+)
+from borecheck.triangle_contact import NARROWPHASES, paper, two_sided
+
+REFERENCE = {
+    "paper:robot": paper,
+    "paper:scanner": lambda robot, scanner: paper(scanner, robot),
+    "two-sided": two_sided,
+    "exact": exact,
+}
+
+
+@pytest.fixture
+def meshes():
+    rng = np.random.default_rng(3)
+    robot = rng.normal(size=(60, 1, 3)) + 0.7 * rng.normal(size=(60, 3, 3))
+    scanner = rng.normal(size=(70, 1, 3)) + 0.7 * rng.normal(size=(70, 3, 3))
+    return robot.reshape(-1, 9), scanner.reshape(-1, 9)
+
+
+def everything(robot, scanner):
+    i, j = np.meshgrid(np.arange(len(robot)), np.arange(len(scanner)), indexing="ij")
+    return np.stack([i.ravel(), j.ravel()], axis=1)
+
+
+@pytest.mark.parametrize("name", NARROWPHASES)
+def test_loops_agree_with_the_pairwise_form(meshes, name):
+    robot, scanner = meshes
+    pairs = everything(robot, scanner)
+    reference = REFERENCE[name](
+        robot[pairs[:, 0]].reshape(-1, 3, 3), scanner[pairs[:, 1]].reshape(-1, 3, 3)
+    )
+    assert 64 < reference.sum() < len(pairs)  # more than the list starts with
+    code = narrowphase_code(name)
+    assert (contact_pairs(code, robot, scanner, pairs) == reference).all()
+    assert np.array_equal(all_contacts(code, robot, scanner), pairs[reference])
+    assert first_contact(code, robot, scanner) == tuple(pairs[reference][0])
+
+
+def test_the_two_names_of_the_published_test_differ(meshes):
+    robot, scanner = meshes
+    first = all_contacts(NARROWPHASES["paper:robot"], robot, scanner)
+    second = all_contacts(NARROWPHASES["paper:scanner"], robot, scanner)
+    assert first.tolist() != second.tolist()
+
+
+def test_nothing_found_when_far_apart(meshes):
+    robot, scanner = meshes
+    assert first_contact(3, robot, scanner + 100.0) == (-1, -1)
+    assert all_contacts(3, robot, scanner + 100.0).shape == (0, 2)
+
+
+def test_unknown_name_lists_the_known_ones():
+    with pytest.raises(UnknownNameError, match="paper:robot"):
+        narrowphase_code("paper")
