@@ -6,9 +6,10 @@ The sum is formed for each connected part:
 
 - A closed convex part: the exact sum, one closed surface (see `minkowski`).
 - Any other part: the union of (triangle (+) cube) over its triangles, each hull a
-  closed surface, and, if the part is closed, its own surface as well. As a set that is
-  exact: a point of S (+) cube lies in S or within the cube of a point of its boundary.
-  What lies in S but near no boundary is found by containment in the kept surface.
+  closed surface, and its own surface as well. As a set that is exact: a point of
+  S (+) cube lies in S or within the cube of a point of its boundary. What lies in S
+  but near no boundary is found by containment in the kept surface (if that is open,
+  nobody can say what is inside, here as for the original).
 
 A closed part around a hollow (an inner surface wound the other way) is not convex.
 The sum of a union is the union of the sums, so parts may overlap and touch.
@@ -41,7 +42,7 @@ class Enlarged:
         mesh: All surfaces, in the frame of the original, [m].
         source: For each triangle the original triangle's number, (m,).
         part: For each triangle the number of its closed surface, (m,); -1 for the
-            kept surfaces of closed parts that are not convex, together.
+            kept surfaces of parts that are not convex, together.
     """
 
     mesh: TriangleMesh
@@ -92,19 +93,18 @@ def _surfaces(
     points: Array, triangles: Ids, margin: float
 ) -> list[tuple[Surface, Ids]]:
     """Closed surfaces whose union is the sum, each with the part of its triangles."""
-    convex, kept = _sorted_parts(points, triangles)
+    convex = _convex_parts(points, triangles)
     found: list[tuple[Surface, Ids]] = []
+    is_rest = np.ones(len(triangles), dtype=np.bool_)
     for number, rows in enumerate(convex):
         surface = _convex_sum(points, triangles, rows, margin)
         found.append((surface, np.full(len(surface.triangles), number)))
-    is_rest = np.ones(len(triangles), dtype=np.bool_)
-    is_rest[[row for rows in convex for row in rows]] = False
+        is_rest[rows] = False
     rest = np.flatnonzero(is_rest)
     if len(rest):
         hulls = triangles_plus_cube(points[triangles[rest]], rest, margin)
         found.append((hulls, len(convex) + np.searchsorted(rest, hulls.source)))
-    if len(kept):
-        found.append((Surface(points, triangles[kept], kept), np.full(len(kept), -1)))
+        found.append((Surface(points, triangles[rest], rest), np.full(len(rest), -1)))
     return found
 
 
@@ -125,25 +125,27 @@ def _merged(vertices: Array, triangles: Ids) -> tuple[Array, Ids]:
     return points, number.reshape(-1)[triangles].astype(np.int64)
 
 
-def _sorted_parts(points: Array, triangles: Ids) -> tuple[list[Ids], Ids]:
-    """Triangle numbers of each convex part, and of all other closed parts together."""
+def _convex_parts(points: Array, triangles: Ids) -> list[Ids]:
+    """Triangle numbers of each part that is closed, convex and not hollow."""
     parts = connected_parts(len(points), triangles)
     closed = [rows for rows in parts if _is_closed(triangles[rows])]
     volumes = [_volume(points[triangles[rows]]) for rows in closed]
-    boxes = [_box(points[triangles[rows]]) for rows in closed]
+    hollow = _hollow([_box(points[triangles[rows]]) for rows in closed], volumes)
+    return [
+        rows
+        for k, rows in enumerate(closed)
+        if k not in hollow and _is_convex(points[triangles[rows]], volumes[k])
+    ]
+
+
+def _hollow(boxes: list[Array], volumes: list[float]) -> set[int]:
+    """Parts wound inward within the box of another, and those others."""
     hollow: set[int] = set()
-    for inner, volume in enumerate(volumes):
-        if volume < 0.0:
-            around = [k for k, box in enumerate(boxes) if _is_in(boxes[inner], box)]
-            hollow.update(k for k in around if k != inner)
-            hollow.update([inner] if len(around) > 1 else [])
-    convex: list[Ids] = []
-    kept: list[Ids] = []
-    for k, rows in enumerate(closed):
-        is_solid = k not in hollow and _is_convex(points[triangles[rows]], volumes[k])
-        (convex if is_solid else kept).append(rows)
-    none = np.zeros(0, dtype=np.int64)
-    return convex, np.sort(np.concatenate([none, *kept]))
+    for inner in np.flatnonzero(np.array(volumes) < 0.0):
+        around = [k for k, box in enumerate(boxes) if _is_in(boxes[inner], box)]
+        if len(around) > 1:  # more than itself
+            hollow.update(around)
+    return hollow
 
 
 def connected_parts(n_vertices: int, triangles: Ids) -> list[Ids]:

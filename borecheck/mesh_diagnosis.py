@@ -6,8 +6,6 @@ _SAID_BY_FIRST_BYTES: tuple[tuple[bytes, str], ...] = (
     (b"<html", "an HTML page, not a mesh: was a download refused?"),
     (b"pk\x03\x04", "a ZIP archive, not a mesh: unpack it first"),
     (b"\x1f\x8b", "gzip-compressed: unpack it first"),
-    (b"ply\n", "a PLY file under another name"),
-    (b"ply\r\n", "a PLY file under another name"),
     (b"off\n", "an OFF file under another name"),
     (b"gltf", "a binary glTF file under another name"),
     (b"iso-10303-21", "a STEP file: export a triangle mesh from it first"),
@@ -16,13 +14,15 @@ _SAID_BY_FIRST_BYTES: tuple[tuple[bytes, str], ...] = (
 _START = 512  # enough for every signature, and never a scan of a whole large file
 
 
-def diagnose(data: bytes) -> str | None:
-    """What these bytes are instead of the expected mesh, or None if unknown."""
+def diagnose(data: bytes, suffix: str) -> str | None:
+    """What these bytes are instead of the mesh its suffix names, or None if unknown."""
     start = data[:_START].lstrip(b"\xef\xbb\xbf \t\r\n").lower()
     for signature, meaning in _SAID_BY_FIRST_BYTES:
         if start.startswith(signature):
             return meaning
-    if start.startswith(b"<") and b"collada" in start:
+    if start.startswith((b"ply\n", b"ply\r")) and suffix != ".ply":
+        return "a PLY file under another name"
+    if start.startswith(b"<") and b"collada" in start and suffix != ".dae":
         return "a Collada file under another name"
     if start and not any(data):
         return "nothing but zero bytes: the copy was interrupted"

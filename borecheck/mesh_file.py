@@ -106,7 +106,7 @@ def _parse(path: Path) -> RawMesh:
     try:
         return parse(data, path)
     except MeshError as error:
-        really = diagnose(data)
+        really = diagnose(data, suffix)
         if really is None:
             raise
         raise MeshError(path, f"is {really}") from error

@@ -240,6 +240,7 @@ class _Text:
 
     def __init__(self, body: bytes, file: File) -> None:
         self.words, self.at, self.file = body.split(), 0, file
+        self.ends_with_line = body.endswith((b"\n", b"\r"))
 
     def read(self, element: _Element) -> tuple[_Columns, dict[bytes, _Lists]]:
         rows = _Rows(element)
@@ -276,6 +277,8 @@ class _Text:
         )
 
     def check_end(self) -> None:
+        if not self.ends_with_line:  # "3 1 2 1" may be the begin of "3 1 2 12"
+            raise MeshError(self.file, "the last line has no line end: cut short?")
         left = len(self.words) - self.at
         if left:
             raise MeshError(self.file, f"{left} words more than the header says")

@@ -58,8 +58,8 @@ def fan(
         face = int(np.searchsorted(starts, wrong[0], side="right")) - 1
         raise MeshError(
             file,
-            f"names vertex {indices[wrong[0]]}, but the vertices are 0 to "
-            f"{len(vertices) - 1}",
+            f"names vertex {indices[wrong[0]]} (counted from 0), but there are "
+            f"{len(vertices)}",
             f"face {face}",
         )
     face_of = np.repeat(np.arange(len(counts)), counts - 2)

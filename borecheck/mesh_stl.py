@@ -101,7 +101,7 @@ def _read_solid(
     lines: Iterator[tuple[int, list[bytes]]], corners: list[float], file: File
 ) -> None:
     for at, words in lines:
-        if words[0] in (b"endsolid", b"end"):
+        if words[0] == b"endsolid":
             return
         if words[0] != b"facet":
             raise MeshError(
