@@ -14,7 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck import clearance, containment
 from borecheck.corridor import Corridor
-from borecheck.margin import OFFSET, SECURITY, Margin, enlarged, margin_for
+from borecheck.margin import (
+    NO_MARGIN,
+    OFFSET,
+    SECURITY,
+    Margin,
+    enlarged,
+    margin_for,
+)
 from borecheck.pair_search import (
     Found,
     Surface,
@@ -58,7 +65,7 @@ class Settings:
 
     checker: str = "exact"
     pruning: str = "bvh"
-    margin: Margin = Margin(0.0, OFFSET)
+    margin: Margin = NO_MARGIN
     link_clearance: bool = False
 
 

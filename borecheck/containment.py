@@ -43,7 +43,7 @@ def _ask(
     b: Surface,
     T_b: Array | None = None,
 ) -> list[Containment]:
-    if _boxes_apart(a, T_a, b, T_b):
+    if boxes_apart(a, T_a, b, T_b):
         return []
     placed_a = place_mesh(T_a, a.mesh)
     placed_b = b.mesh if T_b is None else place_mesh(T_b, b.mesh)
@@ -54,7 +54,7 @@ def _ask(
     return [Containment(name_a, name_b, state, answer.reason)]
 
 
-def _boxes_apart(a: Surface, T_a: Array, b: Surface, T_b: Array | None) -> bool:
+def boxes_apart(a: Surface, T_a: Array, b: Surface, T_b: Array | None) -> bool:
     """Whether the boxes of the placed meshes surely do not meet (spares placing)."""
     low_a, high_a = placed_bounds(T_a, a.mesh.bounds)
     low_b, high_b = b.mesh.bounds if T_b is None else placed_bounds(T_b, b.mesh.bounds)

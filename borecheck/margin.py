@@ -46,6 +46,9 @@ class Margin:
         return self.size > 0.0 and self.kind in (ENLARGE_BODY, ENLARGE_WORLD)
 
 
+NO_MARGIN = Margin(0.0, OFFSET)
+
+
 def margin_for(checker: str, size: float, kind: str | None = None) -> Margin:
     """The margin a checker is to keep; each checker has its natural kind.
 

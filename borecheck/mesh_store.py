@@ -1,4 +1,4 @@
-"""Generated meshes on disk: the shipped coarse ones, or finer ones made on first use."""
+"""Generated meshes on disk: the shipped coarse ones, or finer ones made when asked."""
 
 import json
 import shutil

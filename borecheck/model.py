@@ -185,7 +185,7 @@ class RobotModel:
         return np.array(drawn).reshape(count, len(self.free_joints))
 
     def follow(self, name: str) -> tuple[str, float, float]:
-        """(leader, multiplier, offset) of a moving joint; itself, 1, 0 if it is free."""
+        """(leader, multiplier, offset) of a moving joint; (itself, 1, 0) if free."""
         return tuple(self._follows.get(name, (name, 1.0, 0.0)))  # type: ignore[return-value]
 
 

@@ -103,6 +103,8 @@ def contacts(
     checker: str = "exact",
     pruning: str = "bvh",
     security_margin: float = 0.0,
+    *,
+    same_vertices: bool = False,
 ) -> Found:
     """All triangles of a and b that meet, by one checker behind one pruning.
 
@@ -114,13 +116,17 @@ def contacts(
         checker: One of CHECKERS.
         pruning: One of PRUNINGS; Coal's checker has its own tree.
         security_margin: Coal's, [m]; 0 for the other checkers.
+        same_vertices: Give Coal the placed float64 vertices of the other checkers
+            instead of letting it move its own; slower.
 
     Raises:
         UnknownNameError: No such checker or pruning.
     """
     check_pruning(pruning)
     if checker == "coal":
-        found = coal_contacts(a.coal, T_a, b.coal, T_b, security_margin)
+        found = coal_contacts(
+            a.coal, T_a, b.coal, T_b, security_margin, placed=same_vertices
+        )
         return Found(found.pairs, found.within_tolerance, len(found.pairs))
     if security_margin != 0.0:
         raise UsageError(f"checker {checker} has no security margin, only coal has")

@@ -92,7 +92,8 @@ def capsule(name: str, radius: float, length: float) -> TriangleMesh:
 
     radius, length = _positive(name, "capsule", (radius, length), 2)
     ball = sphere(name, radius).vertices
-    points = np.vstack([ball - [0, 0, length / 2], ball + [0, 0, length / 2]])
+    end = np.array([0.0, 0.0, length / 2])
+    points = np.vstack([ball - end, ball + end])
     hull = ConvexHull(points)
     a, b, c = (points[hull.simplices[:, k]] for k in range(3))
     outward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) > 0

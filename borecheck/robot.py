@@ -90,6 +90,15 @@ class Robot:
             and frozenset((a, b)) not in allowed
         )
 
+    @cached_property
+    def T_scene_base(self) -> Array:
+        """Placement of the base frame (the root link without one)."""
+        frame = self.description.base_frame if self.description else None
+        if frame is None:
+            return self.T_scene_root.copy()
+        zero = np.zeros(len(self.model.free_joints))
+        return self.T_scene_root @ self.model.placements(zero)[frame]
+
     def placements(self, q: ArrayLike) -> dict[str, Array]:
         """T_scene_link (4, 4) of every link."""
         return {

@@ -1,4 +1,4 @@
-"""What stands around the robot: scanner, couch, patient, obstacles, each with a role."""
+"""What stands around the robot: scanner, couch, patient, obstacles, with their roles."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence

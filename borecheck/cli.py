@@ -1,0 +1,121 @@
+"""The command line: parses, calls one subcommand, turns errors into one line."""
+
+import argparse
+import os
+import re
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from borecheck import __version__
+from borecheck.errors import BorecheckError
+
+COMMANDS = {
+    "robots": ("borecheck.commands.robots", "robots and scanners installed"),
+    "validate": ("borecheck.validate.command", "is a URDF or xacro file sound?"),
+    "explain": ("borecheck.validate.explain_command", "what a finding's code means"),
+    "fk": ("borecheck.commands.fk", "kinematics three ways: do they agree?"),
+    "check": ("borecheck.commands.check", "will the robot touch anything?"),
+    "compare": ("borecheck.commands.compare", "where do contact checkers differ, why?"),
+    "report": ("borecheck.commands.report", "a result as one HTML page"),
+    "verify": ("borecheck.commands.verify", "re-check a path certificate"),
+    "view": ("borecheck.commands.view", "live view in the browser"),
+}
+
+COULD_NOT, INTERRUPTED = 2, 130
+
+# An option's value may start with a sign: `--q -0.1,0,0`, `--mount -90`.
+_SIGNED = re.compile(r"[-+][0-9.]")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs one command and returns its exit status.
+
+    Args:
+        argv: The words after `borecheck`; those of the process by default.
+    """
+    words = join_signed(list(sys.argv[1:] if argv is None else argv))
+    commands = _all_commands()
+    name = next((word for word in words if not word.startswith("-")), None)
+    parser = _parser(commands, name)
+    try:
+        args = parser.parse_args(words)
+        args.argv = words
+        return int(args.run(args))
+    except BorecheckError as error:
+        print(f"borecheck: error: {_one_line(error)}", file=sys.stderr)
+        return COULD_NOT
+    except KeyboardInterrupt:
+        print("borecheck: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # the reader of our output has gone; nothing more can be said to it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return COULD_NOT
+
+
+def join_signed(words: list[str]) -> list[str]:
+    """`--q -0.1,0` as `--q=-0.1,0`, which argparse would take for an option."""
+    joined: list[str] = []
+    for word in words:
+        option = joined[-1] if joined else ""
+        if _SIGNED.match(word) and re.fullmatch(r"--[a-z][a-z-]*", option):
+            joined[-1] = f"{option}={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split())
+
+
+def _all_commands() -> dict[str, tuple[str, str]]:
+    """Built-in commands and those that installed robots bring."""
+    commands = dict(COMMANDS)
+    for entry in _plugged_in():
+        commands[entry.name] = (entry.value, f"from {_origin(entry)}")
+    return commands
+
+
+def _plugged_in() -> list[EntryPoint]:
+    return sorted(entry_points(group="borecheck.commands"), key=lambda e: e.name)
+
+
+def _origin(entry: EntryPoint) -> str:
+    return entry.value.partition(".")[0].partition(":")[0]
+
+
+def _parser(
+    commands: dict[str, tuple[str, str]], chosen: str | None
+) -> argparse.ArgumentParser:
+    """The parser; only the chosen command's module is imported."""
+    parser = argparse.ArgumentParser(
+        prog="borecheck",
+        description="Tells, with proof, whether an image-guided needle robot will "
+        "touch the scanner it works in.",
+        epilog="Exit status: 0 clear or clean, 1 contact or findings, 2 unknown or "
+        "could not run, 130 interrupted. No medical device.",
+    )
+    parser.add_argument(
+        "--version", action="version", version=f"borecheck {__version__}"
+    )
+    below = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, (module, summary) in commands.items():
+        command = below.add_parser(name, help=summary, description=summary)
+        if name == chosen:
+            _fill(command, module)
+    return parser
+
+
+def _fill(command: argparse.ArgumentParser, module: str) -> None:
+    loaded: Any = import_module(module)
+    loaded.add_arguments(command)
+    run: Callable[[argparse.Namespace], int] = loaded.run
+    command.set_defaults(run=run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

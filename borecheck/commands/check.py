@@ -1,0 +1,229 @@
+"""`borecheck check`: will the robot touch anything, at a pose, on a path, on plans?"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from borecheck.commands import common
+from borecheck.commands.output import check_outputs, emit, wants_display
+from borecheck.errors import UsageError
+from borecheck.units import parse_length
+
+if TYPE_CHECKING:
+    from borecheck.contact_check import Settings
+    from borecheck.needle_plan import NeedlePlan
+    from borecheck.robot import Robot
+    from borecheck.scene import Scene
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    common.add_robot(parser)
+    common.add_scene(parser)
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument(
+        "--q", metavar="Q", help="one configuration: home, name=value,..., or values"
+    )
+    what.add_argument(
+        "--path", type=Path, metavar="CSV", help="joint waypoints, straight between"
+    )
+    what.add_argument(
+        "--plan", type=Path, metavar="FILE", help="needle plans, CSV or JSON"
+    )
+    parser.add_argument(
+        "--margin", default="0", help="required clearance to obstacles, e.g. 20mm"
+    )
+    parser.add_argument(
+        "--margin-kind",
+        default=None,
+        help="offset, enlarge-axes, enlarge-axes:world or security",
+    )
+    parser.add_argument(
+        "--checker",
+        default="exact",
+        help="exact (default), two-sided, paper, paper:robot, paper:scanner, coal",
+    )
+    parser.add_argument(
+        "--pruning", default="bvh", help="bvh (default), coal or none: same pairs"
+    )
+    parser.add_argument(
+        "--samples", type=int, default=41, help="poses looked at on a motion"
+    )
+    parser.add_argument(
+        "--no-certificate",
+        action="store_true",
+        help="samples only: a motion without contact stays unknown",
+    )
+    parser.add_argument(
+        "--certificate", type=Path, metavar="FILE", help="write the certificate there"
+    )
+    common.add_output(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Checks, prints, and returns 0 clear, 1 contact, 2 unknown."""
+    check_outputs(args)
+    from borecheck.compiled import announce_compilation
+
+    announce_compilation()
+    from borecheck.contact_check import settings
+    from borecheck.exit_status import ExitStatus, of_verdict
+    from borecheck.report.document import header, robot_block, scene_block
+    from borecheck.report.text import check_text
+
+    chosen = settings(
+        args.checker,
+        args.pruning,
+        parse_length(args.margin),
+        args.margin_kind,
+        link_clearance=wants_display(args),
+    )
+    robot, scene = common.load(args), common.load_surroundings(args)
+    document: dict[str, Any] = {
+        **header("check", args.argv, args.date),
+        "robot": robot_block(robot),
+        "scene": scene_block(scene),
+    }
+    document |= _answer(args, robot, scene, chosen)
+    if wants_display(args):
+        from borecheck.report.display import display_block
+
+        document["display"] = display_block(robot, scene, document)
+    _write_certificate(args, document)
+    emit(args, document, check_text)
+    if document.get("interrupted"):
+        return ExitStatus.INTERRUPTED
+    return of_verdict(document["verdict"])
+
+
+def _answer(
+    args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
+) -> dict[str, Any]:
+    if args.q is not None:
+        return _pose(args, robot, scene, chosen)
+    if args.path is not None:
+        return _path(args, robot, scene, chosen)
+    return _plans(args, robot, scene, chosen)
+
+
+def _pose(
+    args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
+) -> dict[str, Any]:
+    from borecheck.contact_check import check_with
+    from borecheck.report.document import verdict_block
+
+    q = common.configuration(robot, args.q)
+    verdict = check_with(robot, scene, q, chosen)
+    return verdict_block(verdict, robot.model.joint_names)
+
+
+def _path(
+    args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
+) -> dict[str, Any]:
+    from borecheck.motion_check import check_motion
+    from borecheck.path_file import read_path
+    from borecheck.progress import Progress
+    from borecheck.report.document import motion_block
+
+    waypoints = read_path(args.path, robot.model.joint_names)
+    motion = check_motion(
+        robot,
+        scene,
+        waypoints,
+        chosen,
+        samples=args.samples,
+        certify=not args.no_certificate,
+        progress=Progress("poses"),
+    )
+    return motion_block(motion, robot.model.joint_names)
+
+
+def _plans(
+    args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
+) -> dict[str, Any]:
+    """All plans; what is finished stays when the user interrupts."""
+    from borecheck.plan_file import read_plans
+    from borecheck.verdict import worst_of
+
+    plans = read_plans(args.plan)
+    results: list[dict[str, Any]] = []
+    interrupted = False
+    try:
+        for plan in plans:
+            results.append(_one_plan(args, robot, scene, chosen, plan))
+    except KeyboardInterrupt:
+        interrupted = True
+    verdicts = [result["verdict"] for result in results]
+    return {
+        "verdict": worst_of(verdicts),
+        "reason": _counted(verdicts, len(plans)),
+        "interrupted": interrupted,
+        "checker": chosen.checker,
+        "pruning": chosen.pruning,
+        "margin_m": chosen.margin.size,
+        "margin_kind": chosen.margin.kind,
+        "not_modelled": [*robot.not_modelled, *scene.not_modelled],
+        "plans": results,
+    }
+
+
+def _counted(verdicts: Sequence[str], total: int) -> str:
+    counts = {name: verdicts.count(name) for name in ("clear", "contact", "unknown")}
+    text = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+    missing = total - len(verdicts)
+    more = f", {missing} not checked" if missing else ""
+    return f"{total} plan{'s' if total != 1 else ''}: {text or 'none checked'}{more}"
+
+
+def _one_plan(
+    args: argparse.Namespace,
+    robot: "Robot",
+    scene: "Scene",
+    chosen: "Settings",
+    plan: "NeedlePlan",
+) -> dict[str, Any]:
+    from borecheck.motion_check import check_motion
+    from borecheck.plan_motion import UnreachableError, plan_motion
+    from borecheck.progress import Progress
+    from borecheck.report.document import motion_block
+
+    named = {
+        "name": plan.name,
+        "entry": [float(x) for x in plan.entry],
+        "target": [float(x) for x in plan.target],
+    }
+    try:
+        motion = plan_motion(robot, plan)
+    except UnreachableError as error:
+        reason = str(error)
+        return {**named, "verdict": "unknown", "reason": reason, "reachable": False}
+    answer = check_motion(
+        robot,
+        scene,
+        motion.waypoints,
+        chosen,
+        corridor=motion.corridor,
+        samples=args.samples,
+        certify=not args.no_certificate,
+        progress=Progress(f"poses of plan {plan.name}"),
+    )
+    return {
+        **named,
+        "reachable": True,
+        **motion_block(answer, robot.model.joint_names),
+    }
+
+
+def _write_certificate(args: argparse.Namespace, document: dict[str, Any]) -> None:
+    if args.certificate is None:
+        return
+    certificate = document.get("certificate")
+    if certificate is None:
+        raise UsageError(
+            "there is no certificate to write: "
+            f"{document['reason']} (certificates are for one --path that is clear)"
+        )
+    from borecheck.report.document import dumps, write_whole
+
+    write_whole(args.certificate, dumps(certificate))

@@ -1,0 +1,178 @@
+"""Options that several commands share, and what they stand for."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from borecheck.description import LEVELS
+from borecheck.errors import UnknownNameError, UsageError
+from borecheck.units import parse_joint_value, parse_pose
+
+if TYPE_CHECKING:
+    from borecheck.model import RobotModel
+    from borecheck.robot import Robot
+    from borecheck.scene import Scene
+
+
+def add_robot(parser: argparse.ArgumentParser) -> None:
+    """ROBOT and what places and shapes it."""
+    parser.add_argument("robot", help="installed robot, or a URDF or xacro file")
+    parser.add_argument(
+        "--arg",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="xacro argument of the robot (repeatable)",
+    )
+    parser.add_argument(
+        "--mount", help="shorthand for --arg mount=...: +90 or -90 (degrees)"
+    )
+    parser.add_argument(
+        "--base",
+        metavar="X,Y,Z[,R,P,Y]",
+        help="where the robot's base frame stands in the scanner's frame",
+    )
+    parser.add_argument(
+        "--level",
+        choices=LEVELS,
+        default="coarse",
+        help="level of detail of installed meshes (default: coarse)",
+    )
+    parser.add_argument(
+        "--package-path",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="DIR",
+        help="root for package:// and $(find ...) (repeatable)",
+    )
+
+
+def add_scene(parser: argparse.ArgumentParser) -> None:
+    """SCENE and what is added to it."""
+    parser.add_argument(
+        "scene",
+        nargs="+",
+        help="installed scanner, or files as FILE[:unit][@x,y,z[,r,p,y]]",
+    )
+    parser.add_argument(
+        "--scene-arg",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="argument or joint of the scanner: bore=780mm, couch_travel=0.1m",
+    )
+    parser.add_argument(
+        "--obstacle",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="a further obstacle, FILE[:unit][@pose] (repeatable)",
+    )
+    parser.add_argument(
+        "--patient",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="a patient's surface, FILE[:unit][@pose] (repeatable)",
+    )
+
+
+def add_output(parser: argparse.ArgumentParser) -> None:
+    """Where the result goes, and in which form."""
+    parser.add_argument(
+        "--format", choices=("text", "json"), default="text", help="form of the result"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help="write the full result there (JSON)"
+    )
+    parser.add_argument(
+        "--report", type=Path, metavar="OUT.html", help="write a page for people there"
+    )
+    parser.add_argument(
+        "--date", default=None, help="date to print in the result, as text"
+    )
+
+
+def load(args: argparse.Namespace) -> "Robot":
+    """The robot that the options name."""
+    from borecheck.robot import load_robot
+
+    arguments = pairs(args.arg, "--arg")
+    if args.mount is not None:
+        arguments["mount"] = args.mount
+    base = parse_pose(args.base) if args.base is not None else None
+    return load_robot(
+        args.robot,
+        level=args.level,
+        base=base,
+        package_paths=args.package_path,
+        **arguments,
+    )
+
+
+def load_surroundings(args: argparse.Namespace) -> "Scene":
+    """The scene that the options name."""
+    from borecheck.scene import load_scene
+
+    return load_scene(
+        args.scene,
+        level=args.level,
+        obstacles=args.obstacle,
+        patients=args.patient,
+        package_paths=args.package_path,
+        **pairs(args.scene_arg, "--scene-arg"),
+    )
+
+
+def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
+    """NAME=VALUE options as a dictionary.
+
+    Raises:
+        UsageError: No `=`, or a name given twice.
+    """
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name:
+            raise UsageError(f"{option} {text!r} is not NAME=VALUE")
+        if name in found:
+            raise UsageError(f"{option} {name} is given twice")
+        found[name] = value
+    return found
+
+
+def configuration(robot: "Robot", text: str) -> list[float]:
+    """Q from `home`, from `name=value,...`, or from values in the joints' order.
+
+    Raises:
+        UsageError: Neither all values in order nor names.
+        UnknownNameError: A name that is no joint.
+    """
+    model = robot.model
+    if text == "home":
+        return [float(value) for value in robot.home]
+    parts = [part.strip() for part in text.split(",")]
+    if all("=" in part for part in parts):
+        return _by_name(model, parts)
+    if any("=" in part for part in parts) or len(parts) != len(model.free_joints):
+        names = ", ".join(model.joint_names)
+        raise UsageError(
+            f"--q {text!r}: give home, name=value,..., or {len(model.free_joints)} "
+            f"values in the order {names}"
+        )
+    return [
+        parse_joint_value(part, revolute=joint.is_angle)
+        for part, joint in zip(parts, model.free_joints, strict=True)
+    ]
+
+
+def _by_name(model: "RobotModel", parts: Sequence[str]) -> list[float]:
+    values: dict[str, float] = {}
+    for name, text in pairs(parts, "--q").items():
+        if name not in model.joint_names:
+            raise UnknownNameError("joint", name, model.joint_names)
+        joint = model.free_joints[model.joint_names.index(name)]
+        values[name] = parse_joint_value(text, revolute=joint.is_angle)
+    return [float(value) for value in model.configuration(values)]

@@ -1,0 +1,115 @@
+"""`borecheck compare`: all checkers over poses, and the cause of each disagreement."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.commands import common
+from borecheck.commands.output import check_outputs, emit, wants_display
+
+if TYPE_CHECKING:
+    from borecheck.robot import Robot
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    common.add_robot(parser)
+    common.add_scene(parser)
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--q", metavar="Q", help="one configuration")
+    what.add_argument("--path", type=Path, metavar="CSV", help="joint waypoints")
+    what.add_argument("--plan", type=Path, metavar="FILE", help="needle plans")
+    what.add_argument("--random", type=int, metavar="N", help="N random poses")
+    what.add_argument(
+        "--replay", type=Path, metavar="FILE", help="the disputed pairs of a result"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="for --random")
+    parser.add_argument(
+        "--checkers",
+        default=None,
+        help="names, separated by commas (default: all); exact is the judge",
+    )
+    parser.add_argument("--pruning", default="bvh", help="bvh (default), coal or none")
+    parser.add_argument(
+        "--samples", type=int, default=11, help="poses on a path or plan"
+    )
+    common.add_output(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compares; 0 if every disagreement has a named cause, else 1."""
+    check_outputs(args)
+    from borecheck.compiled import announce_compilation
+
+    announce_compilation()
+    from borecheck.exit_status import ExitStatus
+    from borecheck.report.document import header
+    from borecheck.report.text import compare_text
+
+    document = header("compare", args.argv, args.date)
+    if args.replay is not None:
+        from borecheck.replay import replay
+
+        document |= replay(args.replay)
+    else:
+        document |= _compared(args)
+    emit(args, document, compare_text)
+    unexplained = [d for d in document["disagreements"] if d["cause"] is None]
+    return ExitStatus.FINDINGS if unexplained else ExitStatus.CLEAN
+
+
+def _compared(args: argparse.Namespace) -> dict[str, Any]:
+    from borecheck import compare as comparing
+    from borecheck.pair_search import CHECKERS
+    from borecheck.progress import Progress
+    from borecheck.report.document import robot_block, scene_block
+
+    robot, scene = common.load(args), common.load_surroundings(args)
+    checkers = args.checkers.split(",") if args.checkers else CHECKERS
+    result = comparing.compare(
+        robot,
+        scene,
+        _configurations(args, robot),
+        checkers=checkers,
+        pruning=args.pruning,
+        progress=Progress("poses"),
+    )
+    document: dict[str, Any] = {
+        "robot": robot_block(robot),
+        "scene": scene_block(scene),
+        "seed": args.seed if args.random is not None else None,
+        "not_modelled": [*robot.not_modelled, *scene.not_modelled],
+        **comparing.to_json(result),
+    }
+    if wants_display(args):
+        from borecheck.report.display import display_block
+
+        document["display"] = display_block(robot, scene, document)
+    return document
+
+
+def _configurations(args: argparse.Namespace, robot: "Robot") -> NDArray[np.float64]:
+    from borecheck.motion_check import configurations_at, sample_fractions
+
+    if args.q is not None:
+        return np.array([common.configuration(robot, args.q)])
+    if args.random is not None:
+        rng = np.random.default_rng(args.seed)
+        return robot.model.random_configurations(rng, args.random)
+    if args.path is not None:
+        from borecheck.path_file import read_path
+
+        motions = [read_path(args.path, robot.model.joint_names)]
+    else:
+        from borecheck.plan_file import read_plans
+        from borecheck.plan_motion import plan_motion
+
+        motions = [plan_motion(robot, p).waypoints for p in read_plans(args.plan)]
+    sampled = [
+        configurations_at(points, sample_fractions(points, args.samples))
+        for points in motions
+    ]
+    return np.concatenate(sampled)

@@ -1,0 +1,28 @@
+"""Says so when the contact kernels are about to be compiled for the first time."""
+
+import platform
+
+from borecheck.cache import cache_folder
+from borecheck.progress import say
+
+
+def announce_compilation() -> None:
+    """One line on standard error before the first, slow run with these versions.
+
+    numba keeps the compiled kernels beside the sources; the mark left here only
+    remembers that somebody has been told.
+    """
+    from importlib.metadata import version
+
+    from borecheck import __version__
+
+    parts = (__version__, version("numba"), version("numpy"), platform.machine())
+    mark = cache_folder() / f"compiled-{'-'.join(parts)}"
+    if mark.exists():
+        return
+    say("borecheck: compiling the contact kernels, once for this installation ...")
+    try:
+        mark.parent.mkdir(parents=True, exist_ok=True)
+        mark.touch()
+    except OSError as error:
+        say(f"borecheck: {mark.parent} cannot be written ({error.strerror})")

@@ -1,0 +1,216 @@
+"""A motion through waypoints: what is seen at samples, and what is certified between.
+
+Samples give the clearance curve and find contact; they never make a motion `clear`,
+because a thin obstacle fits between two of them. Only `path_check` can do that.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.contact_check import Settings, check_with
+from borecheck.corridor import Corridor
+from borecheck.errors import UsageError
+from borecheck.robot import Robot
+from borecheck.scene import Scene
+from borecheck.verdict import CLEAR, CONTACT, UNKNOWN, Verdict
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+DEFAULT_SAMPLES = 41
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A stretch of the motion, as fractions of it, with what is known of it."""
+
+    start: float
+    end: float
+    verdict: str
+
+    def to_json(self) -> dict[str, Any]:
+        """As the contract names it: from, to, verdict."""
+        return {"from": self.start, "to": self.end, "verdict": self.verdict}
+
+
+@dataclass(frozen=True, eq=False)
+class MotionVerdict:
+    """The answer for a motion.
+
+    Attributes:
+        verdict: clear (only if certified), contact or unknown.
+        reason: One sentence.
+        qualifiers: Those of the pose that decides.
+        fractions: Where the samples lie on the motion, (n,), 0 to 1.
+        poses: The verdict at every sample.
+        sampled_clear: How many samples are clear.
+        certified: Whether every instant is covered by a certificate.
+        intervals: Stretches with their verdict.
+        first_contact: Fraction of the first contact seen, or None.
+        worst: Index of the sample with contact or the smallest clearance.
+        waypoints: The configurations the motion goes through, (k, n).
+        certificate: The certificate to write out, or None.
+        not_covered: What neither samples nor certificate cover.
+    """
+
+    verdict: str
+    reason: str
+    qualifiers: tuple[str, ...]
+    fractions: tuple[float, ...]
+    poses: tuple[Verdict, ...]
+    sampled_clear: int
+    certified: bool
+    intervals: tuple[Interval, ...]
+    first_contact: float | None
+    worst: int
+    waypoints: tuple[tuple[float, ...], ...]
+    certificate: dict[str, Any] | None = None
+    not_covered: tuple[str, ...] = ()
+
+
+def check_motion(
+    robot: Robot,
+    scene: Scene,
+    waypoints: ArrayLike,
+    chosen: Settings,
+    *,
+    corridor: Corridor | None = None,
+    samples: int = DEFAULT_SAMPLES,
+    certify: bool = True,
+    progress: Progress | None = None,
+) -> MotionVerdict:
+    """The verdict for the motion that goes straight from waypoint to waypoint.
+
+    Args:
+        robot: The robot.
+        scene: What stands around it.
+        waypoints: Configurations, (k, n), [m] and [rad]; straight in each joint.
+        chosen: Checker, pruning, margin.
+        corridor: Where the needle may be in the patient.
+        samples: How many configurations are looked at, waypoints included.
+        certify: Whether to ask for a certificate between the samples.
+        progress: Called with samples done and in all.
+
+    Raises:
+        UsageError: No waypoint, or one of the wrong length.
+        JointLimitError: A waypoint beyond a joint limit.
+    """
+    points = checked_waypoints(robot, waypoints)
+    fractions = sample_fractions(points, samples)
+    poses = []
+    for done, q in enumerate(configurations_at(points, fractions)):
+        poses.append(check_with(robot, scene, q, chosen, corridor))
+        if progress is not None:
+            progress(done + 1, len(fractions))
+    sampled = _sampled(points, fractions, tuple(poses))
+    if not certify or sampled.verdict == CONTACT:
+        return sampled
+    from borecheck.path_check import certified
+
+    return certified(robot, scene, points, chosen, corridor, sampled)
+
+
+def checked_waypoints(robot: Robot, waypoints: ArrayLike) -> Array:
+    """A copy of the waypoints (k, n), each within the limits.
+
+    Between two configurations within the limits every configuration is, so it is
+    enough to look at the waypoints.
+    """
+    points = np.array(waypoints, dtype=np.float64)
+    if points.ndim != 2 or len(points) == 0:
+        raise UsageError(f"waypoints have shape {points.shape}, not (k, n)")
+    return np.array([robot.model.check_limits(q) for q in points])
+
+
+def sample_fractions(points: Array, samples: int) -> Array:
+    """Fractions of the motion to look at: evenly spread, and every waypoint.
+
+    The fraction of a waypoint is its number over the number of segments.
+    """
+    if samples < 1:
+        raise UsageError(f"{samples} samples are too few")
+    if len(points) == 1:
+        return np.zeros(1)
+    at_waypoints = np.linspace(0.0, 1.0, len(points))
+    return np.unique(np.concatenate([np.linspace(0.0, 1.0, samples), at_waypoints]))
+
+
+def configurations_at(points: Array, fractions: Array) -> Array:
+    """Configurations of the motion at these fractions, (m, n)."""
+    if len(points) == 1:
+        return np.repeat(points, len(fractions), axis=0)
+    place = fractions * (len(points) - 1)
+    segment = np.minimum(place.astype(int), len(points) - 2)
+    along = (place - segment)[:, None]
+    start, end = points[segment], points[segment + 1]
+    # the form start + along * (end - start) may miss the waypoint's last bit
+    return np.where(along == 1.0, end, start + along * (end - start))
+
+
+def _sampled(
+    points: Array, fractions: Array, poses: tuple[Verdict, ...]
+) -> MotionVerdict:
+    verdicts = [pose.verdict for pose in poses]
+    worst = _worst(poses)
+    in_contact = [k for k, verdict in enumerate(verdicts) if verdict == CONTACT]
+    clear = verdicts.count(CLEAR)
+    if in_contact:
+        first = in_contact[0]
+        verdict, reason = CONTACT, f"at {fractions[first]:.1%}: {poses[first].reason}"
+        qualifiers = poses[first].qualifiers
+    elif clear == len(poses) and len(points) == 1:
+        verdict, reason = CLEAR, poses[0].reason
+        qualifiers = poses[0].qualifiers
+    elif clear == len(poses):
+        verdict = UNKNOWN
+        reason = f"clear at {clear} samples, not certified between them"
+        qualifiers = ()
+    else:
+        open_pose = verdicts.index(UNKNOWN)
+        verdict = UNKNOWN
+        reason = f"at {fractions[open_pose]:.1%}: {poses[open_pose].reason}"
+        qualifiers = poses[open_pose].qualifiers
+    return MotionVerdict(
+        verdict=verdict,
+        reason=reason,
+        qualifiers=qualifiers,
+        fractions=tuple(float(f) for f in fractions),
+        poses=poses,
+        sampled_clear=clear,
+        certified=False,
+        intervals=_intervals(fractions, verdicts),
+        first_contact=float(fractions[in_contact[0]]) if in_contact else None,
+        worst=worst,
+        waypoints=tuple(tuple(float(v) for v in q) for q in points),
+    )
+
+
+def _worst(poses: tuple[Verdict, ...]) -> int:
+    """The sample in contact, else the undecided one, else the one with least room."""
+    order = {CONTACT: 0, UNKNOWN: 1, CLEAR: 2}
+
+    def badness(k: int) -> tuple[int, float, int]:
+        room = poses[k].clearance_m
+        return order[poses[k].verdict], np.inf if room is None else room, k
+
+    return min(range(len(poses)), key=badness)
+
+
+def _intervals(fractions: Array, verdicts: list[str]) -> tuple[Interval, ...]:
+    """Stretches between samples: contact where an end is, unknown everywhere else."""
+    if len(fractions) == 1:
+        return (Interval(0.0, 1.0, verdicts[0]),)
+    found: list[Interval] = []
+    for k in range(len(fractions) - 1):
+        ends = (verdicts[k], verdicts[k + 1])
+        verdict = CONTACT if CONTACT in ends else UNKNOWN
+        if found and found[-1].verdict == verdict:
+            found[-1] = Interval(found[-1].start, float(fractions[k + 1]), verdict)
+        else:
+            start, end = float(fractions[k]), float(fractions[k + 1])
+            found.append(Interval(start, end, verdict))
+    return tuple(found)

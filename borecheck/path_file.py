@@ -1,0 +1,81 @@
+"""A joint path from a CSV file: joint names in the header, SI, a waypoint a line."""
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.errors import PlanError, UnknownNameError
+
+MAX_BYTES = 50_000_000
+
+
+def read_path(path: Path, joint_names: Sequence[str]) -> NDArray[np.float64]:
+    """Waypoints (k, n) in the order of the joints, [m] and [rad].
+
+    Args:
+        path: CSV; every joint is a column, in any order.
+        joint_names: The robot's free joints.
+
+    Raises:
+        PlanError: The file cannot be read, a column is missing, unknown or doubled, or
+            a cell is no finite number; one line with file and line number.
+    """
+    rows = list(csv.reader(_text(path).splitlines()))
+    rows = [row for row in rows if any(cell.strip() for cell in row)]
+    if not rows:
+        raise PlanError(path, "is empty")
+    header = [cell.strip() for cell in rows[0]]
+    _check_header(path, header, joint_names)
+    if len(rows) < 2:
+        raise PlanError(path, "has a header but no waypoint")
+    waypoints = np.zeros((len(rows) - 1, len(joint_names)))
+    for k, row in enumerate(rows[1:]):
+        if len(row) != len(header):
+            problem = f"has {len(row)} cells, the header has {len(header)}"
+            raise PlanError(path, problem, f"line {k + 2}")
+        for name, cell in zip(header, row, strict=True):
+            value = _number(path, k + 2, name, cell)
+            waypoints[k, joint_names.index(name)] = value
+    return waypoints
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.is_dir():
+            raise PlanError(path, "is a directory, not a path file")
+        if path.stat().st_size > MAX_BYTES:
+            raise PlanError(path, "is larger than 50 MB")
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        raise PlanError(path, "there is no such file") from error
+    except PermissionError as error:
+        raise PlanError(path, "no permission to read it") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise PlanError(path, f"cannot be read as text: {error}") from error
+
+
+def _check_header(path: Path, header: list[str], joint_names: Sequence[str]) -> None:
+    for name in header:
+        if name not in joint_names:
+            raise PlanError(path, str(UnknownNameError("joint", name, joint_names)))
+        if header.count(name) > 1:
+            raise PlanError(path, f"column {name} is there twice")
+    missing = [name for name in joint_names if name not in header]
+    if missing:
+        raise PlanError(path, f"has no column for {', '.join(missing)}")
+
+
+def _number(path: Path, line: int, name: str, cell: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise PlanError(
+            path, f"{cell.strip()!r} is no finite number", f"line {line}, {name}"
+        )
+    return value

@@ -1,0 +1,1 @@
+"""Results as documents: JSON, text, and one self-contained HTML page."""

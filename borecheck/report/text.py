@@ -1,0 +1,179 @@
+"""Results as text: plain lines that read the same on a terminal and in a pipe."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+MARKS = {"clear": "CLEAR", "contact": "CONTACT", "unknown": "UNKNOWN"}
+
+# As many contact pairs as fit on a screen; the JSON holds all of them.
+SHOWN = 10
+
+
+def check_text(document: Mapping[str, Any]) -> str:
+    """The result of `check` in words: verdict first."""
+    if "plans" in document:
+        return _plans_text(document)
+    lines = _verdict_lines(document)
+    lines += _warning_lines(document)
+    lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
+    return "\n".join(lines) + "\n"
+
+
+def _plans_text(document: Mapping[str, Any]) -> str:
+    rows = [("plan", "verdict", "clearance", "reason")]
+    for plan in document["plans"]:
+        rows.append(
+            (
+                plan["name"],
+                MARKS[plan["verdict"]],
+                millimetres(plan.get("clearance_m")),
+                plan["reason"],
+            )
+        )
+    lines = [f"{MARKS[document['verdict']]}: {document['reason']}", ""]
+    lines += table(rows)
+    lines += ["", *_warning_lines(document)]
+    lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
+    return "\n".join(lines) + "\n"
+
+
+def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
+    qualifiers = ", ".join(document["qualifiers"])
+    mark = MARKS[document["verdict"]] + (f" ({qualifiers})" if qualifiers else "")
+    lines = [f"{mark}: {document['reason']}"]
+    checker = f"checker {document['checker']}, pruning {document['pruning']}"
+    margin = document["margin_m"]
+    kept = f"margin {millimetres(margin)} ({document['margin_kind']})"
+    lines.append(f"{checker}, {kept if margin else 'no margin'}")
+    if document["clearance_m"] is not None:
+        closest = document["closest"]
+        lines.append(
+            f"clearance {millimetres(document['clearance_m'])}: "
+            f"{closest['link']} to {closest['obstacle']}"
+        )
+    lines += _contact_lines(document)
+    if "path" in document:
+        lines += _path_lines(document["path"])
+    examined, pruned = document["pairs_examined"], document["pairs_pruned"]
+    lines.append(
+        f"{examined:,} triangle pairs examined, {pruned:,} pruned, "
+        f"{document['seconds']:.3f} s"
+    )
+    return lines
+
+
+def _contact_lines(document: Mapping[str, Any]) -> list[str]:
+    pairs = [*document["contacts"], *document["self_contacts"]]
+    lines = [
+        f"  {p['link']} #{p['link_triangle']} meets "
+        f"{p['obstacle']} #{p['obstacle_triangle']}"
+        for p in pairs[:SHOWN]
+    ]
+    if len(pairs) > SHOWN:
+        lines.append(f"  and {len(pairs) - SHOWN} more pairs (all are in the JSON)")
+    for found in document["contained"]:
+        lines.append(f"  {found['link']}, {found['obstacle']}: {found['reason']}")
+    return lines
+
+
+def _path_lines(path: Mapping[str, Any]) -> list[str]:
+    lines = [
+        f"{path['sampled_clear']} of {path['samples']} samples clear; "
+        + ("certified between them" if path["certified"] else "not certified between")
+    ]
+    if path["first_contact"] is not None:
+        lines.append(f"first contact at {path['first_contact']:.1%} of the motion")
+    worst = path["worst"]
+    if worst["closest"] is not None:
+        lines.append(
+            f"least clearance {millimetres(worst['clearance_m'])} at "
+            f"{worst['fraction']:.1%}: {worst['closest']['link']} to "
+            f"{worst['closest']['obstacle']}"
+        )
+    return lines
+
+
+def _warning_lines(document: Mapping[str, Any]) -> list[str]:
+    warnings = [*document["robot"]["warnings"], *document["scene"]["warnings"]]
+    return [f"warning: {warning}" for warning in warnings]
+
+
+def compare_text(document: Mapping[str, Any]) -> str:
+    """The result of `compare` in words: a row per checker, then the causes."""
+    poses = len(document["poses"])
+    rows = [("checker", "poses in contact", "triangle pairs", "examined", "seconds")]
+    for name, summary in document["checkers"].items():
+        rows.append(
+            (
+                name,
+                f"{len(summary['contact_poses'])} of {poses}",
+                f"{summary['triangle_pairs']:,}",
+                f"{summary['pairs_examined']:,}",
+                f"{summary['seconds']:.3f}",
+            )
+        )
+    lines = table(rows)
+    lines += ["", *_cause_lines(document["disagreements"])]
+    hidden = [text for pose in document["poses"] for text in pose["contained"]]
+    if hidden:
+        lines.append(f"seen by containment only: {len(hidden)} times")
+        lines += [f"  {text}" for text in hidden[:SHOWN]]
+    lines += _warning_lines(document)
+    return "\n".join(lines) + "\n"
+
+
+def _cause_lines(disagreements: Sequence[Mapping[str, Any]]) -> list[str]:
+    if not disagreements:
+        return ["all checkers agree about every pair of triangles"]
+    counts: dict[str, int] = {}
+    for found in disagreements:
+        cause = found["cause"] or "NO KNOWN CAUSE"
+        counts[cause] = counts.get(cause, 0) + 1
+    lines = [f"{len(disagreements)} triangle pairs are disputed:"]
+    for cause, count in sorted(counts.items(), key=lambda item: -item[1]):
+        lines.append(f"  {count:6d}  {cause}")
+    first = disagreements[0]
+    saying = ", ".join(
+        f"{name}: {'contact' if said else 'none'}"
+        for name, said in first["verdicts"].items()
+    )
+    lines.append(
+        f"for example pose {first['pose']}, {first['link']} "
+        f"#{first['link_triangle']} with {first['obstacle']} "
+        f"#{first['obstacle_triangle']}: {saying}"
+    )
+    return lines
+
+
+def fk_text(document: Mapping[str, Any]) -> str:
+    """The result of `fk` in words."""
+    worst = document["worst"]
+    mark = "AGREE" if document["agree"] else "DISAGREE"
+    lines = [
+        f"{mark}: {document['configurations']} configurations, worst difference "
+        f"{worst['position_m']:.2e} m, {worst['rotation_rad']:.2e} rad"
+    ]
+    rows = [("voices", "frame", "position", "rotation")]
+    for pair, frames in document["worst_by_frame"].items():
+        for frame, found in frames.items():
+            position, rotation = found["position_m"], found["rotation_rad"]
+            rows.append((pair, frame, f"{position:.1e} m", f"{rotation:.1e} rad"))
+    lines += table(rows)
+    lines += [f"no {voice}: {why}" for voice, why in document["silent"].items()]
+    return "\n".join(lines) + "\n"
+
+
+def millimetres(length: float | None) -> str:
+    """A length in millimetres, or a dash."""
+    return "-" if length is None else f"{1e3 * length:.3f} mm"
+
+
+def table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows as aligned columns, the first one underlined."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        for row in rows
+    ]
+    rule = "  ".join("-" * width for width in widths)
+    return [line.rstrip() for line in (lines[0], rule, *lines[1:])]
