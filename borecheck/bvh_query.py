@@ -71,7 +71,7 @@ def walk(  # type: ignore[no-untyped-def]
         task: FIRST, ALL or BOXES.
         stack: (k, 2) int64, deep enough for both trees.
         flags: (8,) uint8 scratch.
-        found: (k, 2) int64, grown when full (not used for FIRST).
+        found: (k, 2) int64, grown when full.
 
     Returns:
         Number of pairs found, number of leaf pairs examined, pairs of leaves.
@@ -100,10 +100,9 @@ def walk(  # type: ignore[no-untyped-def]
                     beta = place_triangle(T_b, corners_b, ~node_b)
                 if not leaf(code, alpha, beta):
                     continue
-            if task != FIRST:
-                if count == len(found):
-                    found = _grown(found)
-                found[count, 0], found[count, 1] = ~node_a, ~node_b
+            if count == len(found):
+                found = _grown(found)
+            found[count, 0], found[count, 1] = ~node_a, ~node_b
             count += 1
             if task == FIRST:
                 break

@@ -1,0 +1,305 @@
+"""How far apart two placed meshes are: certified bounds from one walk, nearest first.
+
+The surfaces are known not to meet (`bvh_query` asked before), so the clearance is the
+least distance over all triangle pairs. A pair of boxes is dropped when it cannot hold
+anything nearer than what is asked for; the least bound of what was dropped is part of
+the answer. Bounds of boxes are float32, rounded down by the slack of `bvh_boxes` and
+by `_SAFE`; distances of triangles are float64 with the error that
+`triangle_distance` states.
+"""
+
+import numpy as np
+from numba import njit
+
+from borecheck.bvh_boxes import (
+    BOX,
+    INLINE,
+    KERNEL,
+    PAIR_SHAPE,
+    PLACE_A,
+    PLACE_B,
+    RELATION_SHAPE,
+    SLACK,
+    child_box,
+    copy_placement,
+    is_identity,
+    relate,
+    relate_back,
+)
+from borecheck.bvh_build import CHILD_ROW, F32, WIDTH
+from borecheck.bvh_query import stack_room
+from borecheck.placing import place_triangle
+from borecheck.triangle_contact import triangle_row
+from borecheck.triangle_distance import DISTANCE_ERROR, disjoint_distance
+
+# Three float32 squares, two sums, a root: below 6 * 2**-24; rotations are checked to
+# 1e-6, so that lengths in a mesh's frame are those of the world within 2e-6.
+_SAFE = F32(1.0 - 1e-5)
+_ZERO = F32(0.0)
+_SMALL = F32(1e-30)
+
+# A walk's answer: least bound of the dropped, least distance found, the slots of its
+# two triangles, number of triangle pairs examined.
+LOWER, UPPER, SLOT_A, SLOT_B, EXAMINED = range(5)
+# A first guess is good when another round lowers it by less than this share.
+_SETTLED = 0.99
+_ROUNDS = 4
+# While guessing, boxes are dropped that can lower the guess by less than a twentieth.
+_GUESS = 1.05
+
+
+@njit(**BOX)
+def measure_gaps(nodes, node, box, relation, row, gaps):  # type: ignore[no-untyped-def]
+    """gaps[i]: a distance that child box i keeps from a box of the other tree.
+
+    Arguments as in `bvh_boxes.mark_overlaps`. The largest of three: the distance of one
+    box from the bounds of the other, in the frame of either, and the gap along the
+    line between the centres.
+    """
+    cx, cy, cz, hx, hy, hz = box
+    m, f = relation[row], relation[1 - row]
+    slack = m[SLACK]
+    x = m[0] * cx + m[1] * cy + m[2] * cz + m[9]
+    y = m[3] * cx + m[4] * cy + m[5] * cz + m[10]
+    z = m[6] * cx + m[7] * cy + m[8] * cz + m[11]
+    wx = abs(m[0]) * hx + abs(m[1]) * hy + abs(m[2]) * hz + slack
+    wy = abs(m[3]) * hx + abs(m[4]) * hy + abs(m[5]) * hz + slack
+    wz = abs(m[6]) * hx + abs(m[7]) * hy + abs(m[8]) * hz + slack
+    hx, hy, hz = hx + slack, hy + slack, hz + slack
+    f0, f1, f2, f3, f4, f5 = f[0], f[1], f[2], f[3], f[4], f[5]
+    f6, f7, f8 = f[6], f[7], f[8]
+    a0, a1, a2, a3, a4, a5 = abs(f0), abs(f1), abs(f2), abs(f3), abs(f4), abs(f5)
+    a6, a7, a8 = abs(f6), abs(f7), abs(f8)
+    for i in range(WIDTH):
+        dx, dy, dz = nodes[node, 0, i] - x, nodes[node, 1, i] - y, nodes[node, 2, i] - z
+        sx, sy, sz = nodes[node, 3, i], nodes[node, 4, i], nodes[node, 5, i]
+        gx = max(abs(dx) - (sx + wx), _ZERO)
+        gy = max(abs(dy) - (sy + wy), _ZERO)
+        gz = max(abs(dz) - (sz + wz), _ZERO)
+        px = abs(f0 * dx + f1 * dy + f2 * dz)
+        py = abs(f3 * dx + f4 * dy + f5 * dz)
+        pz = abs(f6 * dx + f7 * dy + f8 * dz)
+        square = dx * dx + dy * dy + dz * dz + _SMALL
+        reach = abs(dx) * (sx + slack) + abs(dy) * (sy + slack) + abs(dz) * (sz + slack)
+        reach += px * hx + py * hy + pz * hz
+        along = (square - reach) / np.sqrt(square)
+        px = max(px - (hx + a0 * sx + a1 * sy + a2 * sz), _ZERO)
+        py = max(py - (hy + a3 * sx + a4 * sy + a5 * sz), _ZERO)
+        pz = max(pz - (hz + a6 * sx + a7 * sy + a8 * sz), _ZERO)
+        own = gx * gx + gy * gy + gz * gz
+        foreign = px * px + py * py + pz * pz
+        gaps[i] = max(np.sqrt(max(own, foreign)), along) * _SAFE
+
+
+@njit(**INLINE)
+def push_nearest_last(gaps, limit, a, b, step_a, step_b, stack, bounds, top, answer):  # type: ignore[no-untyped-def]
+    """Puts the children nearer than `limit` on the stack, the nearest on top."""
+    first = top
+    for i in range(WIDTH):
+        gap = gaps[i]
+        if gap >= limit:
+            answer[LOWER] = min(answer[LOWER], gap)
+            continue
+        place = top
+        while place > first and bounds[place - 1] < gap:
+            bounds[place] = bounds[place - 1]
+            stack[place, 0] = stack[place - 1, 0]
+            stack[place, 1] = stack[place - 1, 1]
+            place -= 1
+        bounds[place] = gap
+        stack[place, 0], stack[place, 1] = a + step_a * i, b + step_b * i
+        top += 1
+    return top
+
+
+@njit(**KERNEL)
+def pair_error(a, b):  # type: ignore[no-untyped-def]
+    """By how much the computed distance of two triangles can be off."""
+    longest = 0.0
+    for d in range(3):
+        low = min(a[d], a[d + 3], a[d + 6], b[d], b[d + 3], b[d + 6])
+        high = max(a[d], a[d + 3], a[d + 6], b[d], b[d + 3], b[d + 6])
+        longest = max(longest, high - low)
+    return DISTANCE_ERROR * longest
+
+
+@njit(**KERNEL)
+def farther(a, b, limit):  # type: ignore[no-untyped-def]
+    """Whether two triangles are surely farther apart than `limit`, at little cost.
+
+    They are if their projections are, along the line between their centres or along
+    the normal of either; `limit` has room for the rounding of the projections.
+    """
+    ux, uy, uz = a[3] - a[0], a[4] - a[1], a[5] - a[2]
+    vx, vy, vz = a[6] - a[0], a[7] - a[1], a[8] - a[2]
+    b0x, b0y, b0z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    b1x, b1y, b1z = b[3] - a[0], b[4] - a[1], b[5] - a[2]
+    b2x, b2y, b2z = b[6] - a[0], b[7] - a[1], b[8] - a[2]
+    square = limit * limit * (1.0 + 1e-12)
+    nx = b0x + b1x + b2x - (ux + vx)
+    ny = b0y + b1y + b2y - (uy + vy)
+    nz = b0z + b1z + b2z - (uz + vz)
+    s1, s2 = nx * ux + ny * uy + nz * uz, nx * vx + ny * vy + nz * vz
+    t0, t1 = nx * b0x + ny * b0y + nz * b0z, nx * b1x + ny * b1y + nz * b1z
+    t2 = nx * b2x + ny * b2y + nz * b2z
+    gap = min(t0, t1, t2) - max(0.0, s1, s2)
+    if gap > 0.0 and gap * gap > square * (nx * nx + ny * ny + nz * nz):
+        return True
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    t0, t1 = nx * b0x + ny * b0y + nz * b0z, nx * b1x + ny * b1y + nz * b1z
+    t2 = nx * b2x + ny * b2y + nz * b2z
+    gap = max(min(t0, t1, t2), -max(t0, t1, t2))
+    if gap > 0.0 and gap * gap > square * (nx * nx + ny * ny + nz * nz):
+        return True
+    b1x, b1y, b1z = b1x - b0x, b1y - b0y, b1z - b0z
+    b2x, b2y, b2z = b2x - b0x, b2y - b0y, b2z - b0z
+    nx, ny, nz = b1y * b2z - b1z * b2y, b1z * b2x - b1x * b2z, b1x * b2y - b1y * b2x
+    t0 = -(nx * b0x + ny * b0y + nz * b0z)
+    t1, t2 = t0 + nx * ux + ny * uy + nz * uz, t0 + nx * vx + ny * vy + nz * vz
+    gap = max(min(t0, t1, t2), -max(t0, t1, t2))
+    return gap > 0.0 and gap * gap > square * (nx * nx + ny * ny + nz * nz)
+
+
+@njit(**INLINE)
+def approach(  # type: ignore[no-untyped-def]
+    nodes_a, corners_a, slot_a, nodes_b, corners_b, slot_b,
+    pair, b_is_world, relation, scale, cutoff, stop, stack, bounds, gaps, answer,
+):  # fmt: skip
+    """Narrows `answer` by one mesh against another, their relation given.
+
+    Args:
+        nodes_a: As in `bvh_query.walk`, like all arguments not listed here.
+        corners_a: ...
+        slot_a: The box to begin with, 8 node + slot.
+        nodes_b: ...
+        corners_b: ...
+        slot_b: ...
+        pair: ...
+        b_is_world: ...
+        relation: ...
+        scale: 1 + relative tolerance: boxes are dropped when `scale` times their gap
+            reaches the least distance found.
+        cutoff: Boxes whose gap reaches this are dropped, [m].
+        stop: The walk ends when something this near is found, [m].
+        stack: (k, 2) int64.
+        bounds: (k,) float32.
+        gaps: (8,) float32 scratch.
+        answer: (5,): LOWER and UPPER are lowered; initially infinite, or what other
+            meshes gave.
+    """
+    children_a, children_b = nodes_a.view(np.int32), nodes_b.view(np.int32)
+    T_a, T_b = pair[PLACE_A], pair[PLACE_B]
+    stack[0, 0], stack[0, 1], bounds[0] = slot_a, slot_b, _ZERO
+    top = 1
+    while top > 0:
+        top -= 1
+        limit = min(answer[UPPER] / scale, cutoff)
+        if bounds[top] >= limit:
+            answer[LOWER] = min(answer[LOWER], bounds[top])
+            continue
+        a, b = stack[top, 0], stack[top, 1]
+        node_a, node_b = (
+            int(children_a[a >> 3, CHILD_ROW, a & 7]),
+            int(children_b[b >> 3, CHILD_ROW, b & 7]),
+        )
+        if node_a < 0 and node_b < 0:
+            answer[EXAMINED] += 1
+            alpha = place_triangle(T_a, corners_a, ~node_a)
+            if b_is_world:
+                beta = triangle_row(corners_b, ~node_b)
+            else:
+                beta = place_triangle(T_b, corners_b, ~node_b)
+            error = pair_error(alpha, beta)
+            if farther(alpha, beta, limit + error):
+                answer[LOWER] = min(answer[LOWER], limit)
+                continue
+            distance, _, _ = disjoint_distance(alpha, beta)
+            answer[LOWER] = min(answer[LOWER], distance - error)
+            if distance + error < answer[UPPER]:
+                answer[UPPER] = distance + error
+                answer[SLOT_A], answer[SLOT_B] = a, b
+                if answer[UPPER] <= stop:
+                    break
+            continue
+        box_a, box_b = child_box(nodes_a, a), child_box(nodes_b, b)
+        size_a = max(box_a[3], max(box_a[4], box_a[5]))
+        size_b = max(box_b[3], max(box_b[4], box_b[5]))
+        if node_a < 0 or (node_b >= 0 and size_b >= size_a):
+            measure_gaps(nodes_b, node_b, box_a, relation, 0, gaps)
+            top = push_nearest_last(
+                gaps, limit, a, 8 * node_b, 0, 1, stack, bounds, top, answer
+            )
+        else:
+            measure_gaps(nodes_a, node_a, box_b, relation, 1, gaps)
+            top = push_nearest_last(
+                gaps, limit, 8 * node_a, b, 1, 0, stack, bounds, top, answer
+            )
+
+
+@njit(**KERNEL)
+def guess(  # type: ignore[no-untyped-def]
+    nodes_a, corners_a, root_a, nodes_b, corners_b, root_b,
+    pair, b_is_world, relation, stack, bounds, gaps, answer,
+):  # fmt: skip
+    """A small UPPER to begin with: every box farther than it will be dropped unopened.
+
+    From the first pair of triangles met, one of the two is held and the nearest
+    triangle of the other mesh sought, in turns.
+    """
+    slot_a, slot_b = 8 * root_a, 8 * root_b
+    stop, before, lower = np.inf, np.inf, answer[LOWER]
+    for turn in range(2 * _ROUNDS):
+        approach(
+            nodes_a, corners_a, slot_a, nodes_b, corners_b, slot_b, pair, b_is_world,
+            relation, _GUESS, np.inf, stop, stack, bounds, gaps, answer,
+        )  # fmt: skip
+        settled = answer[UPPER] > _SETTLED * before
+        if answer[SLOT_A] < 0.0 or (settled and turn > 1):
+            break
+        before, stop = answer[UPPER], -1.0
+        slot_a, slot_b = int(answer[SLOT_A]), 8 * root_b
+        if turn % 2 == 1:
+            slot_a, slot_b = 8 * root_a, int(answer[SLOT_B])
+    answer[LOWER] = lower
+
+
+@njit(**KERNEL)
+def nearest(  # type: ignore[no-untyped-def]
+    nodes_a, corners_a, frame_a, T_a, nodes_b, corners_b, frame_b, T_b,
+    depths, scale, cutoff, stop,
+):  # fmt: skip
+    """Bounds for two single trees whose surfaces do not meet; see `approach`.
+
+    Returns:
+        The answer, (5,). If `stop` ended the walk, LOWER says nothing.
+    """
+    pair = np.zeros(PAIR_SHAPE)
+    relation = np.zeros(RELATION_SHAPE, F32)
+    answer = np.array([np.inf, np.inf, -1.0, -1.0, 0.0])
+    copy_placement(T_a, pair, PLACE_A)
+    copy_placement(T_b, pair, PLACE_B)
+    b_is_world = is_identity(T_b)
+    relate(pair, b_is_world, frame_a, frame_b, 0.0, relation)
+    relate_back(pair, relation)
+    room = stack_room(depths, 0)
+    stack = np.zeros((room, 2), np.int64)
+    bounds = np.zeros(room, F32)
+    gaps = np.zeros(WIDTH, F32)
+    if stop < 0.0:
+        guess(
+            nodes_a, corners_a, 0, nodes_b, corners_b, 0,
+            pair, b_is_world, relation, stack, bounds, gaps, answer,
+        )  # fmt: skip
+    approach(
+        nodes_a, corners_a, 0, nodes_b, corners_b, 0,
+        pair, b_is_world, relation, scale, cutoff, stop, stack, bounds, gaps, answer,
+    )  # fmt: skip
+    return answer
+
+
+@njit(**KERNEL)
+def nearest_points(corners_a, T_a, leaf_a, corners_b, T_b, leaf_b):  # type: ignore[no-untyped-def]
+    """Distance and nearest points, in the world, of two leaves."""
+    alpha = place_triangle(T_a, corners_a, leaf_a)
+    beta = place_triangle(T_b, corners_b, leaf_b)
+    return disjoint_distance(alpha, beta)
