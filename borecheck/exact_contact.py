@@ -214,11 +214,35 @@ def exact_road(a: Triangle, b: Triangle) -> bool:
     a1, a2, a3 = corners_of(a)
     b1, b2, b3 = corners_of(b)
     axis_a, axis_b = _open_axis(a1, a2, a3), _open_axis(b1, b2, b3)
-    f1, f2, f3 = _sides(axis_a, a1, a2, a3, b1, b2, b3)
-    if f1 == f2 and f2 == f3 and f1 != 0:
-        return False
-    g1, g2, g3 = _sides(axis_b, b1, b2, b3, a1, a2, a3)
-    if g1 == g2 and g2 == g3 and g1 != 0:
+    if axis_a >= 0 and axis_b >= 0:
+        return _triangles_meet(axis_a, a1, a2, a3, axis_b, b1, b2, b3)
+    if axis_a >= 0:
+        p, q = _ends(b1, b2, b3)
+        return _segment_meets(p, q, axis_a, a1, a2, a3)
+    p, q = _ends(a1, a2, a3)
+    if axis_b >= 0:
+        return _segment_meets(p, q, axis_b, b1, b2, b3)
+    r, s = _ends(b1, b2, b3)
+    return _segments_meet(p, q, r, s)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _triangles_meet(
+    axis_a: int,
+    a1: Point,
+    a2: Point,
+    a3: Point,
+    axis_b: int,
+    b1: Point,
+    b2: Point,
+    b3: Point,
+) -> bool:
+    """Two triangles with area meet; along its axis each of them shows that area."""
+    f1, f2, f3 = _sides(a1, a2, a3, b1, b2, b3)
+    if f1 == f2 and f2 == f3:
+        return f1 == 0 and _overlap_in_plane(axis_a, a1, a2, a3, b1, b2, b3)
+    g1, g2, g3 = _sides(b1, b2, b3, a1, a2, a3)
+    if g1 == g2 and g2 == g3:
         return False
     return (
         _edge_meets(f1, f2, b1, b2, axis_a, a1, a2, a3)
@@ -228,6 +252,48 @@ def exact_road(a: Triangle, b: Triangle) -> bool:
         or _edge_meets(g2, g3, a2, a3, axis_b, b1, b2, b3)
         or _edge_meets(g3, g1, a3, a1, axis_b, b1, b2, b3)
     )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _overlap_in_plane(
+    axis: int, a1: Point, a2: Point, a3: Point, b1: Point, b2: Point, b3: Point
+) -> bool:
+    """Triangles in one plane meet: an edge of b meets a, or a lies within b."""
+    return (
+        _meets_in_plane(axis, b1, b2, a1, a2, a3)
+        or _meets_in_plane(axis, b2, b3, a1, a2, a3)
+        or _meets_in_plane(axis, b3, b1, a1, a2, a3)
+        or _holds(axis, b1, b2, b3, a1)
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _segment_meets(p: Point, q: Point, axis: int, a: Point, b: Point, c: Point) -> bool:
+    """Closed segment p-q (or point) meets the triangle a, b, c with area."""
+    side_p, side_q = orientation_3d(a, b, c, p), orientation_3d(a, b, c, q)
+    return _edge_meets(side_p, side_q, p, q, axis, a, b, c)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _before(p: Point, q: Point) -> bool:
+    """The order of points by x, then y, then z; it runs along every line."""
+    if p[0] != q[0]:
+        return p[0] < q[0]
+    if p[1] != q[1]:
+        return p[1] < q[1]
+    return p[2] < q[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _ends(p: Point, q: Point, r: Point) -> tuple[Point, Point]:
+    """The ends of the segment (or point) that three points on one line make."""
+    if _before(q, p):
+        p, q = q, p
+    if _before(r, p):
+        return r, q
+    if _before(q, r):
+        return p, r
+    return p, q
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -268,21 +334,14 @@ def _open_axis(p: Point, q: Point, r: Point) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sides(
-    axis: int, t1: Point, t2: Point, t3: Point, x: Point, y: Point, z: Point
+    t1: Point, t2: Point, t3: Point, x: Point, y: Point, z: Point
 ) -> tuple[int, int, int]:
-    """On which side of the plane of t each of x, y, z lies; 0 for a t without plane."""
-    if axis < 0:
-        return 0, 0, 0
+    """On which side of the plane of t each of x, y, z lies."""
     return (
         orientation_3d(t1, t2, t3, x),
         orientation_3d(t1, t2, t3, y),
         orientation_3d(t1, t2, t3, z),
     )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _no_opposites(x: int, y: int, z: int) -> bool:
-    return (x >= 0 and y >= 0 and z >= 0) or (x <= 0 and y <= 0 and z <= 0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -296,34 +355,39 @@ def _edge_meets(
     b: Point,
     c: Point,
 ) -> bool:
-    """Closed segment p-q meets the closed triangle a, b, c.
+    """Closed segment p-q meets the closed triangle a, b, c with area.
 
     Args:
         side_p: Side of the triangle's plane on which p lies, an exact sign.
         side_q: The same of q.
         p: One end.
         q: The other end.
-        axis: Axis along which the triangle shows an area; -1 if it has none.
+        axis: Axis along which the triangle shows an area.
         a: Corner of the triangle.
         b: Corner of the triangle.
         c: Corner of the triangle.
     """
-    if axis < 0:  # the three edges together are the segment or point it is
-        return (
-            _segments_meet(p, q, a, b)
-            or _segments_meet(p, q, b, c)
-            or _segments_meet(p, q, c, a)
-        )
     if side_p * side_q > 0:
         return False
     if side_p == 0 and side_q == 0:
         return _meets_in_plane(axis, p, q, a, b, c)
-    # p-q crosses the plane in one point: is it on one side of all three edges?
-    return _no_opposites(
-        orientation_3d(p, q, a, b),
-        orientation_3d(p, q, b, c),
-        orientation_3d(p, q, c, a),
-    )
+    # p-q crosses the plane in one point; that point is in the triangle unless two
+    # edges pass the line p-q on opposite sides.
+    first, second = orientation_3d(p, q, a, b), orientation_3d(p, q, b, c)
+    if first * second < 0:
+        return False
+    third = orientation_3d(p, q, c, a)
+    return first * third >= 0 and second * third >= 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _holds(axis: int, a: Point, b: Point, c: Point, x: Point) -> bool:
+    """Closed triangle with area holds a point of its plane, seen along the axis."""
+    first, second = _area_along(axis, a, b, x), _area_along(axis, b, c, x)
+    if first * second < 0:
+        return False
+    third = _area_along(axis, c, a, x)
+    return first * third >= 0 and second * third >= 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -331,13 +395,8 @@ def _meets_in_plane(
     axis: int, p: Point, q: Point, a: Point, b: Point, c: Point
 ) -> bool:
     """As `_edge_meets` for p and q in the triangle's plane, seen along the axis."""
-    inside = _no_opposites(
-        _area_along(axis, a, b, p),
-        _area_along(axis, b, c, p),
-        _area_along(axis, c, a, p),
-    )
     return (
-        inside
+        _holds(axis, a, b, c, p)
         or _segments_meet_along(axis, p, q, a, b)
         or _segments_meet_along(axis, p, q, b, c)
         or _segments_meet_along(axis, p, q, c, a)

@@ -20,12 +20,14 @@ from borecheck.placing import Triangle
 
 Point = tuple[float, float, float]
 Flat = tuple[float, float]
+Limbs = NDArray[np.int64]
 
 # Bits per limb. A difference of two integers has limbs below 2^27; a minor adds at
 # most 2 * 82 products of those, a determinant 3 * 82 products with normalised limbs
 # (below 2^26): 2^61.4, no int64 overflow.
 _BITS = 26
 _MASK = (1 << _BITS) - 1
+_NO_BITS = (2000, -2000)  # lowest and highest power of two of no number at all
 
 # Half a unit in the last place, the relative error of one float64 operation.
 EPSILON = 2.0**-53
@@ -123,8 +125,8 @@ def _bit_range(x: float, low: int, high: int) -> tuple[int, int]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add(row: NDArray[np.int64], x: float, sign: int, low: int) -> None:
-    """Add sign * x / 2^low to row; an integer by the choice of low."""
+def _add(limbs: Limbs, start: int, x: float, sign: int, low: int) -> None:
+    """Add sign * x / 2^low, an integer by the choice of low, to the number at start."""
     if x == 0.0:
         return
     fraction, exponent = math.frexp(abs(x))
@@ -135,51 +137,53 @@ def _add(row: NDArray[np.int64], x: float, sign: int, low: int) -> None:
     if shift < 0:  # only zeros are shifted out
         rest >>= -shift
         shift = 0
-    limb = shift // _BITS
-    offset = shift - limb * _BITS
-    row[limb] += sign * ((rest & ((1 << (_BITS - offset)) - 1)) << offset)
+    k = start + shift // _BITS
+    offset = shift % _BITS
+    limbs[k] += sign * ((rest & ((1 << (_BITS - offset)) - 1)) << offset)
     rest >>= _BITS - offset
     while rest != 0:
-        limb += 1
-        row[limb] += sign * (rest & _MASK)
+        k += 1
+        limbs[k] += sign * (rest & _MASK)
         rest >>= _BITS
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _carry(row: NDArray[np.int64]) -> int:
-    """Bring all limbs but the last into [0, 2^26); return the sign of the number."""
+def _carry(limbs: Limbs, start: int, end: int) -> int:
+    """Bring limbs start to end - 2 into [0, 2^26); return the sign of the number."""
     carry = np.int64(0)
     some = np.int64(0)
-    for i in range(len(row) - 1):
-        value = row[i] + carry
-        row[i] = value & _MASK
+    for i in range(start, end - 1):
+        value = limbs[i] + carry
+        limbs[i] = value & _MASK
         carry = value >> _BITS
-        some |= row[i]
-    last = len(row) - 1
-    row[last] += carry
-    if row[last] < 0:  # the limbs below are worth less than one unit of the last
+        some |= limbs[i]
+    last = limbs[end - 1] + carry
+    limbs[end - 1] = last
+    if last < 0:  # the limbs below are worth less than one unit of the last
         return -1
-    return 1 if row[last] > 0 or some != 0 else 0
+    return 1 if last > 0 or some != 0 else 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _minor(
-    out: NDArray[np.int64],
-    p: NDArray[np.int64],
-    q: NDArray[np.int64],
-    r: NDArray[np.int64],
-    s: NDArray[np.int64],
-) -> int:
-    """Out = p * q - r * s, normalised; returns its sign."""
-    for i in range(len(p)):
-        for j in range(len(p)):
-            out[i + j] += p[i] * q[j] - r[i] * s[j]
-    return _carry(out)
+def _minor(limbs: Limbs, out: int, n: int, p: int, q: int, r: int, s: int) -> int:
+    """Write p * q - r * s, normalised, to the 2n + 1 limbs at out; return its sign.
+
+    The operands are the starts of numbers of n limbs.
+    """
+    for i in range(out, out + 2 * n + 1):
+        limbs[i] = 0
+    for i in range(n):
+        for j in range(n):
+            limbs[out + i + j] += (
+                limbs[p + i] * limbs[q + j] - limbs[r + i] * limbs[s + j]
+            )
+    return _carry(limbs, out, out + 2 * n + 1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _exact_3d(a: Point, b: Point, c: Point, d: Point) -> int:
-    low, high = 2000, -2000
+    """Sign of det(a - d, b - d, c - d) in integers."""
+    low, high = _NO_BITS
     for k in range(3):
         low, high = _bit_range(a[k], low, high)
         low, high = _bit_range(b[k], low, high)
@@ -187,30 +191,35 @@ def _exact_3d(a: Point, b: Point, c: Point, d: Point) -> int:
         low, high = _bit_range(d[k], low, high)
     if high < low:
         return 0
+    # nine differences of n limbs, one minor, the determinant: side by side in one array
     n = (high - 1 - low) // _BITS + 1
-    rows = np.zeros((9, n), dtype=np.int64)
+    minor = 9 * n
+    total = minor + 2 * n + 1
+    end = total + 3 * n + 2
+    limbs = np.zeros(end, dtype=np.int64)
     for k in range(3):
-        _add(rows[k], a[k], 1, low)
-        _add(rows[k], d[k], -1, low)
-        _add(rows[3 + k], b[k], 1, low)
-        _add(rows[3 + k], d[k], -1, low)
-        _add(rows[6 + k], c[k], 1, low)
-        _add(rows[6 + k], d[k], -1, low)
-    minor = np.zeros(2 * n + 1, dtype=np.int64)
-    total = np.zeros(3 * n + 2, dtype=np.int64)
+        _add(limbs, k * n, a[k], 1, low)
+        _add(limbs, k * n, d[k], -1, low)
+        _add(limbs, (3 + k) * n, b[k], 1, low)
+        _add(limbs, (3 + k) * n, d[k], -1, low)
+        _add(limbs, (6 + k) * n, c[k], 1, low)
+        _add(limbs, (6 + k) * n, d[k], -1, low)
     for k in range(3):
-        k1, k2 = (k + 1) % 3, (k + 2) % 3
-        minor[:] = 0
-        _minor(minor, rows[3 + k1], rows[6 + k2], rows[3 + k2], rows[6 + k1])
-        for i in range(len(minor)):
-            for j in range(n):
-                total[i + j] += minor[i] * rows[k, j]
-    return _carry(total)
+        y, z = (k + 1) % 3, (k + 2) % 3
+        sign = _minor(
+            limbs, minor, n, (3 + y) * n, (6 + z) * n, (3 + z) * n, (6 + y) * n
+        )
+        if sign != 0:
+            for i in range(2 * n + 1):
+                for j in range(n):
+                    limbs[total + i + j] += limbs[minor + i] * limbs[k * n + j]
+    return _carry(limbs, total, end)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _exact_2d(a: Flat, b: Flat, c: Flat) -> int:
-    low, high = 2000, -2000
+    """Sign of det(a - c, b - c) in integers."""
+    low, high = _NO_BITS
     for k in range(2):
         low, high = _bit_range(a[k], low, high)
         low, high = _bit_range(b[k], low, high)
@@ -218,14 +227,13 @@ def _exact_2d(a: Flat, b: Flat, c: Flat) -> int:
     if high < low:
         return 0
     n = (high - 1 - low) // _BITS + 1
-    rows = np.zeros((4, n), dtype=np.int64)
+    limbs = np.zeros(6 * n + 1, dtype=np.int64)
     for k in range(2):
-        _add(rows[k], a[k], 1, low)
-        _add(rows[k], c[k], -1, low)
-        _add(rows[2 + k], b[k], 1, low)
-        _add(rows[2 + k], c[k], -1, low)
-    minor = np.zeros(2 * n + 1, dtype=np.int64)
-    return _minor(minor, rows[0], rows[3], rows[1], rows[2])
+        _add(limbs, k * n, a[k], 1, low)
+        _add(limbs, k * n, c[k], -1, low)
+        _add(limbs, (2 + k) * n, b[k], 1, low)
+        _add(limbs, (2 + k) * n, c[k], -1, low)
+    return _minor(limbs, 4 * n, n, 0, 3 * n, n, 2 * n)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
