@@ -15,6 +15,7 @@ from borecheck.description import JointMap, RobotDescription
 from borecheck.errors import GeometryError, UnknownNameError, UsageError
 from borecheck.model import RobotModel
 from borecheck.perturbation_study import changed_urdfs, unseen_perturbations
+from borecheck.robot import load_robot
 from borecheck.se3 import transform
 
 LENGTH = 0.4
@@ -272,3 +273,31 @@ def test_base_frame_need_not_be_the_root() -> None:
     assert np.abs(said["A"] - np.eye(4)).max() < 1e-15
     third = voices.yourdfpy(robot)(np.array([0.3, 0.2]))
     assert np.abs(said["W"] - third["W"]).max() < 1e-15
+
+
+@pytest.mark.parametrize("mount", ["+90", "-90"])
+def test_zerobot_is_the_same_in_three_voices(
+    mount: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.undo()  # the real hooks
+    robot = load_robot("zerobot", mount=mount)
+    sample = kc.sample_configurations(robot.model, np.random.default_rng(2), 100)
+    result = kc.cross_check(robot, sample)
+    assert result.disagreements == ()
+    assert set(result.frames) == set(robot.model.link_names)
+    assert result.moved_m > 0.5
+
+
+def test_every_number_of_zerobot_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only the length of an axis vector, which no placement depends on, is not."""
+    monkeypatch.undo()  # the real hooks
+    robot = load_robot("zerobot", q5_offset="1deg", tip_offset_y="2mm")
+    sample = robot.model.random_configurations(np.random.default_rng(3), 3)
+    study = unseen_perturbations(robot, sample)
+    along_axis = {
+        f"{joint.name}/axis xyz[{int(np.argmax(np.abs(joint.axis)))}]"
+        for joint in robot.model.tree.joints
+        if joint.type != "fixed"
+    }
+    assert {item.number for item in study.unseen} == along_axis
+    assert len(study.seen) > 200

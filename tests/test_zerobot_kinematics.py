@@ -84,7 +84,8 @@ def test_every_frame_is_the_product_of_table_1(mount: str) -> None:
         closed = kinematics.forward(q, mount=mount)
         chain = table_1_chain(q, math.copysign(1, float(mount)))
         assert list(closed) == list(kinematics.FRAMES)
-        worst = max(worst, *(np.abs(closed[f] - chain[f]).max() for f in closed))
+        worst = max(worst, *(np.abs(closed[f] - chain[f]).max() for f in chain))
+        assert list(chain) == list(kinematics.PAPER_FRAMES)
     assert worst < ROUNDING
 
 
@@ -259,6 +260,44 @@ def test_level_part_hangs_on_the_holder_and_stays_level() -> None:
             on_holder = frames["5"] @ [*pivot, 1]
             assert np.abs(T[:, 3] - on_holder).max() < ROUNDING
             assert np.abs(T[:3, :3] - frames["4"][:3, :3]).max() < ROUNDING
+
+
+@pytest.mark.parametrize("mount", MOUNTS)
+def test_parallelogram_closes_and_stays_level(mount: str) -> None:
+    """Rod and holder meet for every q5; crank and holder tilt alike; rods do not."""
+    for q in sample(np.random.default_rng(12), 100):
+        T = kinematics.forward(q, mount=mount, **CALIBRATED)
+        for name in "ab":
+            gap = T[f"loop_{name}_rod"] - T[f"loop_{name}_holder"]
+            assert np.abs(gap).max() < ROUNDING
+            R = T[f"rod_{name}"][:3, :3]
+            assert np.abs(R - T["arm"][:3, :3]).max() < ROUNDING
+            # independent road: a pivot carried by the holder (level_part), same place
+            pivot = (np.linalg.inv(T["5"]) @ T[f"loop_{name}_holder"])[:3, 3]
+            part = kinematics.level_part(q, pivot, mount=mount, **CALIBRATED)
+            assert np.abs(part[:3, 3] - T[f"loop_{name}_rod"][:3, 3]).max() < ROUNDING
+        assert np.array_equal(T["crank"][:3, :3], T["holder"][:3, :3])
+
+
+def test_bodies_stand_upright_at_zero_and_turn_with_the_mount() -> None:
+    for mount, sign in (("+90", 1.0), ("-90", -1.0)):
+        placed = kinematics.forward(np.zeros(6), mount=mount)
+        for name in kinematics.BODIES:
+            R = placed[name][:3, :3]
+            assert np.abs(R - np.diag([sign, sign, 1])).max() < ROUNDING, name
+        assert placed["crank"][0, 3] * sign < -0.8
+        assert np.array_equal(placed["needle"][:3, 3], placed["E"][:3, 3])
+
+
+def test_rods_read_with_frame_4_miss_the_holder_by_13_mm() -> None:
+    q = [0, 0, 0, 0.3, math.radians(15), 0]
+    T = kinematics.forward(q, level_parts="frame4")
+    for name in "ab":
+        rod, holder = T[f"loop_{name}_rod"], T[f"loop_{name}_holder"]
+        missed = float(np.linalg.norm(rod[:3, 3] - holder[:3, 3]))
+        assert missed == pytest.approx(2 * 0.05 * math.sin(math.radians(7.5)))
+    with pytest.raises(ValueError, match="level_parts"):
+        kinematics.forward(q, level_parts="frame5")
 
 
 def test_frame_4_alone_misplaces_a_hanging_part_by_13_mm() -> None:

@@ -53,7 +53,7 @@ DESCRIPTION = RobotDescription(
         "bearing pins between rods, crank and needle holder",
     ),
     source="Matsuno2020",
-    home={"q1": 0.05, "q2": 0.0, "q3": 0.0, "q4": 0.0, "q5": 0.0, "q6": 0.0},
+    home={"q1": 0.03, "q2": 0.0, "q3": 0.0, "q4": 0.0, "q5": 0.0, "q6": 0.0},
     scanner="ct_gantry",
     needle_link="needle",
     tool_frame="E",
@@ -67,13 +67,23 @@ DESCRIPTION = RobotDescription(
         JointMap(f"q{i}", source="[Matsuno2020] Table 1: the joint's own variable")
         for i in range(1, 7)
     ),
-    frames={name: name for name in ("W", "0", "1", "2", "3", "4", "5", "6", "E")},
+    # the paper's frames, then the bodies: the closed form (zerobot/bodies.py) has both
+    frames={
+        name: name
+        for name in (
+            *("W", "0", "1", "2", "3", "4", "5", "6", "E"),
+            *("base", "lift", "slide", "cross", "arm", "holder", "carriage", "needle"),
+            *("crank", "rod_a", "loop_a_rod", "loop_a_holder"),
+            *("rod_b", "loop_b_rod", "loop_b_holder"),
+        )
+    },
     forward="zerobot.kinematics:forward",
     inverse="zerobot.kinematics:inverse",
     dimensions="zerobot.kinematics:dimensions",
     closed_form_arguments=(
         "mount",
         "needle_length",
+        "level_parts",
         *(f"tip_offset_{axis}" for axis in "xyz"),
         *(f"q{i}_offset" for i in range(1, 7)),
     ),

@@ -44,6 +44,15 @@ class Dimensions:
     lE: float = _number(  # noqa: N815 - the paper's name
         0.12, "assumed: free needle, argument needle_length; needles are 10 to 15 cm"
     )
+    rod_length: float = _number(
+        0.84, "assumed, agreed with urdf/zerobot: crank axis to holder axis"
+    )
+    rod_lever: float = _number(
+        0.05, "assumed, agreed with urdf/zerobot: axis to rod, up and down"
+    )
+    rod_side: float = _number(
+        0.047, "assumed, agreed with urdf/zerobot: rods beside the mid-plane"
+    )
     tip_offset_x: float = _number(0.0, "calibration: tip off its place, along x_6")
     tip_offset_y: float = _number(0.0, "calibration: tip off its place, along y_6")
     tip_offset_z: float = _number(0.0, "calibration: tip off its place, along z_6")
@@ -76,7 +85,7 @@ _CALIBRATION = tuple(
     [f"tip_offset_{axis}" for axis in "xyz"] + [f"q{i}_offset" for i in range(1, 7)]
 )
 
-ARGUMENTS = ("mount", "needle_length", *_CALIBRATION)
+ARGUMENTS = ("mount", "needle_length", "level_parts", *_CALIBRATION)
 
 
 def from_arguments(
@@ -88,6 +97,7 @@ def from_arguments(
     Args:
         arguments: `mount` (+90 or -90, [deg]), `needle_length` [m], `tip_offset_x/y/z`
             [m], `q1_offset` .. `q6_offset` ([m] or [rad]); numbers or their texts.
+            `level_parts` is left to `bodies`.
         perturbed: Added to single dimensions by name, to show that each is seen.
 
     Raises:

@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from zerobot.bodies import BODIES, LEVEL_PARTS, Origins, place_bodies
 from zerobot.dimensions import Dimensions as Dimensions
 from zerobot.dimensions import dimensions as dimensions
 from zerobot.dimensions import from_arguments
@@ -21,7 +22,8 @@ from zerobot.inverse import remote_centre as remote_centre
 Array = NDArray[np.float64]
 Rotation = Sequence[Sequence[ArrayLike]]
 
-FRAMES = ("W", "0", "1", "2", "3", "4", "5", "6", "E")
+PAPER_FRAMES = ("W", "0", "1", "2", "3", "4", "5", "6", "E")
+FRAMES = (*PAPER_FRAMES, *BODIES)
 
 _NOTHING: Mapping[str, float] = MappingProxyType({})
 
@@ -37,8 +39,8 @@ def forward(
         **arguments: As of the xacro file, see `dimensions.from_arguments`.
 
     Returns:
-        {frame: T_W_frame}, (4, 4) or (n, 4, 4), for W, 0..6 and E;
-        [Matsuno2020] eqs. (2), (3).
+        {frame: T_W_frame}, (4, 4) or (n, 4, 4), for W, 0..6 and E,
+        [Matsuno2020] eqs. (2), (3), and for the bodies that hang on them.
     """
     d = from_arguments(arguments, perturbed)
     q1, q2, q3, q4, q5, q6 = _joint_values(q, d)
@@ -58,7 +60,7 @@ def forward(
         [C4 * S5, C4 * C5, S4],
     ]
     base: Rotation = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-    return {
+    frames = {
         "W": _stack([[1, 0, 0], [0, 1, 0], [0, 0, 1]], 0.0 * q1, 0, 0),
         "0": _stack(base, -d.l4 + 0.0 * q1, -d.l5, d.l6),
         "1": _stack(base, -d.l4, -d.l5, z),
@@ -69,6 +71,9 @@ def forward(
         "6": _stack(needle, x6, y6, z6),
         "E": _stack(needle, *_tip(d, q1, q2, q3, q4, q5, q6)),
     }
+    at = Origins(*(frames[name][..., :3, 3] for name in (*"123456", "E")))
+    level_parts = str(arguments.get("level_parts", LEVEL_PARTS[0]))
+    return frames | place_bodies(d, q4, q5, at, level_parts)
 
 
 def level_part(
