@@ -1,0 +1,25 @@
+"""`borecheck report`: any result as one self-contained HTML page."""
+
+import argparse
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("result", type=Path, help="a result (JSON), or a page of one")
+    parser.add_argument("out", type=Path, help="the page to write")
+    parser.add_argument("--date", default=None, help="date to print, as text")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Writes the page."""
+    from borecheck.report.document import check_writable, write_whole
+    from borecheck.report.page import page
+    from borecheck.report.stored import read_result
+
+    check_writable(args.out)
+    document = read_result(args.result)
+    if args.date is not None:
+        document["date"] = args.date
+    write_whole(args.out, page(document))
+    return 0
