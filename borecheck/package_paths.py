@@ -69,14 +69,16 @@ def resolve(
         The resolution; its path exists and is a regular file, or it is None.
     """
     text = reference.strip()
-    scheme, _, rest = text.partition("://")
-    if not _ or scheme not in ("package", "model", "file"):
-        if _ and "/" not in scheme:
+    scheme, mark, rest = text.partition("://")
+    if not mark or scheme not in ("package", "model", "file"):
+        if mark and "/" not in scheme:
             return Resolution(reference, None, (), f"scheme {scheme}:// is not a file")
         return _choose(reference, list(_plain_candidates(text, base, roots)))
     if scheme == "file":
         return _choose(reference, [(Path(unquote(rest)), None)])
     package, _, inside = rest.partition("/")
+    if not package and inside:
+        return _without_empty_package(reference, inside, base, roots)
     found = package_folders(package, base, roots, environment)
     return _choose(reference, [(folder / inside, folder) for folder in found])
 
@@ -154,7 +156,7 @@ def _bound(base: Path) -> Path:
     return above[min(RELATIVE_LEVELS_UP, len(above) - 1)]
 
 
-def _choose(reference: str, candidates: list[tuple[Path, Path | None]]) -> Resolution:
+def _choose(reference: str, candidates: Sequence[tuple[Path, Path | None]]) -> Resolution:
     tried: list[Path] = []
     for path, bound in candidates:
         path = Path(os.path.normpath(path))
@@ -175,6 +177,17 @@ def _problem(tried: list[Path]) -> str:
         if _is(path, Path.is_dir):
             return f"{path} is a directory"
     return "no such file"
+
+
+def _without_empty_package(
+    reference: str, inside: str, base: Path, roots: Sequence[Path]
+) -> Resolution:
+    """`package:///pkg/file`: a slash too many; what it would be without is named."""
+    package, _, rest = inside.partition("/")
+    found = [(f / rest, f) for f in package_folders(package, base, roots)]
+    meant = _choose(reference, found)
+    problem = "the package's name is missing (three slashes?)"
+    return Resolution(reference, None, meant.tried, problem, meant.path)
 
 
 def _near_miss(tried: list[Path]) -> Path | None:

@@ -141,6 +141,7 @@ def read(
         raise UrdfError(file, "is empty")
     raw, defects = _mend_version(raw)
     root, more = _parse(raw, file)
+    _drop_default_namespace(root)
     _check_limits(root, file)
     text = data if isinstance(data, str) else _decoded(raw)
     return Source(file, text, root, (*defects, *more), tuple(origins))
@@ -247,6 +248,13 @@ def _parse(raw: bytes, file: str) -> tuple[Any, tuple[SourceDefect, ...]]:
     root = etree.fromstring(raw, _parser(recover=True))
     defects = (SourceDefect("prefix", e.line, _plain(e.message)) for e in log)
     return root, tuple(defects)
+
+
+def _drop_default_namespace(root: Any) -> None:
+    """URDF parsers see `<link>` whatever `xmlns=` says; so do we."""
+    for element in elements(root):
+        if element.tag.startswith("{") and element.prefix is None:
+            element.tag = element.tag.rpartition("}")[2]
 
 
 def _parser(recover: bool) -> Any:

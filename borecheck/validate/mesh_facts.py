@@ -1,0 +1,163 @@
+"""Counts about a triangle mesh: degenerate, duplicate, open, clashing, inside out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.mesh import TriangleMesh
+
+# Triangles thinner than this share of their longest edge have no usable normal.
+FLAT_SHARE = 1e-7
+# A signed volume below this share of the box's is rounding, not a solid.
+FLAT_VOLUME = 1e-6
+
+Ids = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class MeshFacts:
+    """Counts about one mesh; vertices at equal coordinates are one vertex.
+
+    Attributes:
+        triangles: How many there are.
+        degenerate: Triangles without area.
+        duplicate: Triangles whose three corners another triangle has too.
+        open_edges: Edges of one triangle only.
+        clashing_edges: Edges that two triangles run through in the same direction.
+        crowded_edges: Edges of three and more triangles.
+        volume: Signed volume in the file's unit; only of closed meshes it means one.
+        bodies: Connected pieces.
+        inverted: Closed, consistently wound, and inside out.
+    """
+
+    triangles: int
+    degenerate: int
+    duplicate: int
+    open_edges: int
+    clashing_edges: int
+    crowded_edges: int
+    volume: float
+    bodies: int
+    inverted: bool
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether every edge joins two triangles (or an even number)."""
+        return self.open_edges == 0
+
+
+def facts_of(mesh: TriangleMesh) -> MeshFacts:
+    """All counts of one mesh."""
+    ids = weld(mesh.vertices)
+    triangles = ids[mesh.triangles]
+    degenerate = _degenerate(mesh, triangles)
+    duplicate = _duplicate(triangles[~degenerate])
+    solid = _without_repeats(triangles[~degenerate])
+    open_edges, clashing, crowded = _edges(solid)
+    volume = signed_volume(mesh)
+    size = float(np.prod(np.maximum(mesh.bounds[1] - mesh.bounds[0], 1e-300)))
+    sound = open_edges == 0 and clashing == 0
+    return MeshFacts(
+        triangles=len(triangles),
+        degenerate=int(degenerate.sum()),
+        duplicate=duplicate,
+        open_edges=open_edges,
+        clashing_edges=clashing,
+        crowded_edges=crowded,
+        volume=volume,
+        bodies=_bodies(solid),
+        inverted=bool(sound and len(solid) > 3 and volume < -FLAT_VOLUME * size),
+    )
+
+
+def weld(vertices: NDArray[np.float64]) -> Ids:
+    """For each vertex the number of its position; equal coordinates, equal number."""
+    bits = np.ascontiguousarray(vertices + 0.0).view(np.uint64).reshape(-1, 3)
+    factors = np.array(
+        [0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64
+    )
+    mixed = bits * factors
+    key = mixed[:, 0] ^ np.roll(mixed, 1, axis=1)[:, 2] ^ (mixed[:, 2] >> np.uint64(7))
+    _, where, ids = np.unique(key, return_index=True, return_inverse=True)
+    ids = ids.reshape(-1)
+    if np.array_equal(vertices[where[ids]], vertices):
+        return ids.astype(np.int64)
+    # Two positions met in one key: the slow road is certain.
+    return np.unique(vertices, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def signed_volume(mesh: TriangleMesh) -> float:
+    """Volume enclosed by a closed mesh; negative if it is inside out."""
+    corners = mesh.corners - 0.5 * (mesh.bounds[0] + mesh.bounds[1])
+    with np.errstate(over="ignore", invalid="ignore"):
+        a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def _degenerate(mesh: TriangleMesh, triangles: Ids) -> NDArray[np.bool_]:
+    a, b, c = (mesh.corners[:, k] for k in range(3))
+    with np.errstate(over="ignore", invalid="ignore"):
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        edges = np.stack([b - a, c - b, a - c])
+        longest = np.sqrt((edges**2).sum(axis=2).max(axis=0))
+    same = (triangles[:, [0, 1, 2]] == triangles[:, [1, 2, 0]]).any(axis=1)
+    return np.asarray(same | (area <= FLAT_SHARE * longest**2))
+
+
+def _keys(rows: Ids) -> Ids:
+    """One number per row of small non-negative integers."""
+    if len(rows) == 0:
+        return np.zeros(0, dtype=np.int64)
+    return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def _duplicate(triangles: Ids) -> int:
+    keys = _row_hash(np.sort(triangles, axis=1))
+    return len(keys) - len(np.unique(keys))
+
+
+def _without_repeats(triangles: Ids) -> Ids:
+    """Every triangle once; one and its back side are one."""
+    _, first = np.unique(_row_hash(np.sort(triangles, axis=1)), return_index=True)
+    return triangles[np.sort(first)]
+
+
+def _row_hash(rows: Ids) -> NDArray[np.uint64]:
+    base = np.uint64(int(rows.max(initial=0)) + 1)
+    if int(base) < 2**21:  # three numbers fit into 64 bits: no two rows share a key
+        r = rows.astype(np.uint64)
+        return (r[:, 0] * base + r[:, 1]) * base + r[:, 2]
+    return _keys(rows).astype(np.uint64)
+
+
+def _edges(triangles: Ids) -> tuple[int, int, int]:
+    """Open, clashing and crowded edges."""
+    if len(triangles) == 0:
+        return 0, 0, 0
+    edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    count = np.int64(triangles.max() + 1)
+    low, high = edges.min(axis=1), edges.max(axis=1)
+    forward = edges[:, 0] == low
+    _, where, users = np.unique(
+        low * count + high, return_inverse=True, return_counts=True
+    )
+    ahead = np.bincount(where.reshape(-1), weights=forward)
+    clashing = (users == 2) & (ahead != 1)
+    return int((users == 1).sum()), int(clashing.sum()), int((users > 2).sum())
+
+
+def _bodies(triangles: Ids) -> int:
+    """Connected pieces, by letting the smallest vertex number spread."""
+    if len(triangles) == 0:
+        return 0
+    label = np.arange(triangles.max() + 1)
+    while True:
+        least = label[triangles].min(axis=1)
+        after = label.copy()
+        for k in range(3):
+            np.minimum.at(after, triangles[:, k], least)
+        after = after[after]  # the label of the label: long chains shorten quickly
+        if np.array_equal(after, label):
+            return len(np.unique(label[triangles]))
+        label = after

@@ -1,0 +1,106 @@
+"""What a validation is asked to do."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from borecheck.errors import UnknownNameError
+
+PROFILES = ("kinematics", "collision", "dynamics")
+
+
+@dataclass(frozen=True)
+class RemoteCentre:
+    """A point that stays where it is while some joints turn.
+
+    Attributes:
+        frame: The link that carries the point.
+        point: The point in that frame, [m].
+        joints: The joints that turn about it.
+        tolerance: How far it may move, [m].
+    """
+
+    frame: str
+    joints: tuple[str, ...]
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    tolerance: float = 1e-4
+
+
+@dataclass(frozen=True)
+class ToolAxis:
+    """A line that passes through a fixed point while some joints turn."""
+
+    frame: str
+    joints: tuple[str, ...]
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    through: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    base: str | None = None
+    tolerance: float = 1e-4
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Two frames that coincide for every configuration (a closed mechanism)."""
+
+    first: str
+    second: str
+    tolerance: float = 1e-6
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a validation is asked to do.
+
+    Attributes:
+        profile: Which severities hold: kinematics, collision or dynamics.
+        arguments: Values of xacro arguments.
+        package_paths: Roots for `package://` and `$(find)`.
+        select: Codes or beginnings of codes to report; all if empty.
+        ignore: Codes or beginnings of codes to leave out.
+        meshes: Whether mesh files are read.
+        run: Whether the robot is loaded and moved in Pinocchio and yourdfpy.
+        containment: Whether containment or signed distance will be asked for: then
+            an open mesh is an error.
+        self_intersection: Whether meshes are searched for crossing faces.
+        self_contact: How many configurations are sampled for self-contact; 0: none.
+        samples: Random configurations for comparing kinematics.
+        seed: Of the random configurations.
+        frames: Frames that must exist.
+        links: Links that must have collision geometry.
+        remote_centres: Declared remote centres.
+        tool_axes: Declared tool axes.
+        loops: Declared loop closures.
+        closed_form: `f({joint: position}) -> {frame: T_root_frame (4, 4)}`.
+        srdf: A file whose names are checked against the robot.
+    """
+
+    profile: str = "collision"
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    package_paths: tuple[Path, ...] = ()
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+    meshes: bool = True
+    run: bool = True
+    containment: bool = False
+    self_intersection: bool = False
+    self_contact: int = 0
+    samples: int = 20
+    seed: int = 0
+    frames: tuple[str, ...] = ()
+    links: tuple[str, ...] = ()
+    remote_centres: tuple[RemoteCentre, ...] = ()
+    tool_axes: tuple[ToolAxis, ...] = ()
+    loops: tuple[Loop, ...] = ()
+    closed_form: Callable[[Mapping[str, float]], Mapping[str, Any]] | None = None
+    srdf: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.profile not in PROFILES:
+            raise UnknownNameError("profile", self.profile, PROFILES)
+
+    def wants(self, code: str) -> bool:
+        """Whether findings of this code are to be reported."""
+        if self.ignore and code.startswith(self.ignore):
+            return False
+        return not self.select or code.startswith(self.select)

@@ -1,0 +1,1 @@
+"""Kinematics checks by running the robot in other libraries."""
