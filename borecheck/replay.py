@@ -1,6 +1,5 @@
 """Replays the disputed triangle pairs of a comparison, alone, from its result file."""
 
-import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,6 +11,7 @@ from borecheck.compare import judged
 from borecheck.errors import InputError
 from borecheck.mesh import TriangleMesh
 from borecheck.pair_search import CHECKERS, Surface, contacts
+from borecheck.result_file import read_result
 
 WORLD = np.eye(4)
 
@@ -54,25 +54,6 @@ def replay(path: Path) -> dict[str, Any]:
         "checkers": summaries,
         "disagreements": again,
     }
-
-
-def read_result(path: Path) -> dict[str, Any]:
-    """The JSON document in a result file.
-
-    Raises:
-        InputError: Missing, not readable, or no result of borecheck.
-    """
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise InputError(path, "there is no such file") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(path, f"cannot be read: {error}") from error
-    except (json.JSONDecodeError, RecursionError) as error:
-        raise InputError(path, f"is no JSON result: {error}") from error
-    if not isinstance(document, dict) or "schema_version" not in document:
-        raise InputError(path, "is no result of borecheck (no `schema_version`)")
-    return document
 
 
 def _one(

@@ -15,7 +15,7 @@ def run(args: argparse.Namespace) -> int:
     """Writes the page."""
     from borecheck.report.document import check_writable, write_whole
     from borecheck.report.page import page
-    from borecheck.report.stored import read_result
+    from borecheck.result_file import read_result
 
     check_writable(args.out)
     document = read_result(args.result)
