@@ -44,7 +44,7 @@ class Level:
 
 
 LEVELS = {
-    "coarse": Level(64, 0.065, Detail(0.16, 32, 1), Detail(0.05, 32, 1)),
+    "coarse": Level(64, 0.085, Detail(0.16, 32, 1), Detail(0.05, 32, 1)),
     "middle": Level(200, 0.0195, Detail(0.03, 80, 2), Detail(0.0148, 96, 1)),
     "fine": Level(448, 0.0086, Detail(0.013, 176, 3), Detail(0.0066, 208, 1)),
 }
@@ -100,7 +100,7 @@ def _half_section(
     """Rings from mid-throat over the rear cover to the middle of the outside."""
     throat = face - FLARE_LENGTH
     rings = [_ring(x, radius * circle) for x in _run(0.0, throat, edge)]
-    for a in _run(0.0, pi / 2.0, edge / FLARE_LENGTH):
+    for a in _run(0.0, pi / 2.0, edge / FLARE_LENGTH, least=6):
         r = radius + FLARE_WIDTH * (1.0 - np.cos(a))
         rings.append(_ring(throat + FLARE_LENGTH * np.sin(a), r * circle))
     mouth = (radius + FLARE_WIDTH) * circle
@@ -108,16 +108,16 @@ def _half_section(
     span = float(np.linalg.norm(inset - mouth, axis=1).mean())
     for share in _run(0.0, 1.0, edge / span):
         rings.append(_ring(face, (1.0 - share) * mouth + share * inset))
-    for a in _run(0.0, pi / 2.0, edge / EDGE_RADIUS):
+    for a in _run(0.0, pi / 2.0, edge / EDGE_RADIUS, least=3):
         across = inset + np.sin(a) * (outline - inset)
         rings.append(_ring(face - EDGE_RADIUS * (1.0 - np.cos(a)), across))
     outside = [_ring(x, outline) for x in _run(face - EDGE_RADIUS, 0.0, edge)]
     return [*rings, *outside, _ring(0.0, outline)]
 
 
-def _run(start: float, stop: float, step: float) -> Array:
-    """Even steps from start up to, and without, stop."""
-    count = max(2, round(abs(stop - start) / step))
+def _run(start: float, stop: float, step: float, least: int = 2) -> Array:
+    """Even steps, `least` or more, from start up to, and without, stop."""
+    count = max(least, round(abs(stop - start) / step))
     return start + np.arange(count) * ((stop - start) / count)
 
 
@@ -157,7 +157,7 @@ def _couch_top(detail: Detail) -> TriangleMesh:
     rings = [_scaled(outline, middle, 1.0, x) for x in places]
     first = _scaled(outline, middle, 0.8, start)
     last = _scaled(outline, middle, 0.8, stop)
-    ends = (middle + (start, 0.0, 0.0), middle + (stop, 0.0, 0.0))
+    ends = (_scaled(middle, middle, 1.0, start), _scaled(middle, middle, 1.0, stop))
     return lofted(np.array([first, *rings, last]), ends)
 
 

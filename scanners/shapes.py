@@ -1,13 +1,13 @@
 """Closed surfaces to build parts from: boxes, solids of revolution, lofts.
 
-Every surface is closed, its triangles wind outward, none has zero area. Round
-parts are drawn *around* the true circle (`around=True`, the default for convex
-bodies), so that a coarse polygon contains the true body: it may report a contact
-that a finer one would not, but not the other way round.
+Every surface is closed, its triangles wind outward, none has zero area. Cylinders and
+other solids of revolution are drawn *around* the true circle, so a coarse polygon
+contains the true body. Rounded edges of boxes are cut *within* the true arc.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import ceil, cos, inf, pi, radians, tan
 
 import numpy as np
@@ -123,7 +123,7 @@ def joined(name: str, meshes: Iterable[TriangleMesh]) -> TriangleMesh:
 def refined(points: Array, edge: float) -> Array:
     """A polyline (n, d) with points added so that no step is longer than `edge`."""
     pieces = []
-    for start, end in zip(points[:-1], points[1:], strict=True):
+    for start, end in pairwise(points):
         steps = _steps(float(np.linalg.norm(end - start)), edge)
         share = np.arange(steps)[:, None] / steps
         pieces.append((1.0 - share) * start + share * end)

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from borecheck.description import Description, hook, installed, installed_names
+from borecheck.mesh import TriangleMesh
 from borecheck.mesh_file import read_mesh, write_stl
 
 # STL holds float32: 1 m is rounded by 6e-8 m; libraries differ in the last bit of sin.
@@ -62,12 +63,13 @@ def differences(description: Description) -> Iterator[str]:
             continue
         shipped = read_mesh(path)
         if shipped.corners.shape != mesh.corners.shape:
-            yield f"{path}: {len(shipped.triangles)} triangles, not {len(mesh.triangles)}"
+            counts = len(shipped.triangles), len(mesh.triangles)
+            yield f"{path}: {counts[0]} triangles, not {counts[1]}"
         elif np.abs(shipped.corners - mesh.corners).max() > TOLERANCE:
             yield f"{path}: vertices differ from the generator's"
 
 
-def coarse(description: Description) -> dict:
+def coarse(description: Description) -> dict[str, TriangleMesh]:
     defaults = {name: a.default for name, a in description.arguments.items()}
     return hook(description.meshes)("coarse", defaults)
 
