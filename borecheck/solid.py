@@ -39,7 +39,9 @@ class Topology:
     Found once per mesh; `place_mesh` keeps it valid.
 
     Attributes:
-        is_closed: Whether the mesh bounds a solid.
+        is_closed: Whether the mesh bounds a solid: every edge is run through as often
+            one way as the other, so that winding numbers are whole. Unlike
+            `TriangleMesh.is_closed` this lets closed parts share edges.
         component: Number of the connected component of each triangle, (m,) int64.
     """
 
@@ -76,7 +78,7 @@ def is_inside(point: ArrayLike, mesh: TriangleMesh) -> Side:
     Raises:
         GeometryError: The mesh is open, or the point is not three finite numbers.
     """
-    if not mesh.is_closed:
+    if not (mesh.is_closed or topology(mesh).is_closed):
         raise GeometryError(f"mesh {mesh.name} is open: it has no inside")
     p = np.array(point, dtype=np.float64)
     if p.shape != (3,) or not np.isfinite(p).all():
@@ -99,7 +101,15 @@ def topology(mesh: TriangleMesh) -> Topology:
     links = coo_array((np.ones(len(rows)), (rows, columns)), shape=(n, n))
     _, of_vertex = connected_components(links, directed=False)
     component = np.unique(of_vertex[t[:, 0]], return_inverse=True)[1]
-    return Topology(mesh.is_closed, np.asarray(component, dtype=np.int64).reshape(-1))
+    is_closed = _edges_cancel(t, n)
+    return Topology(is_closed, np.asarray(component, dtype=np.int64).reshape(-1))
+
+
+def _edges_cancel(triangles: NDArray[np.int64], n: int) -> bool:
+    """Whether every edge occurs as often in one direction as in the other."""
+    edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    there, back = edges[:, 0] * n + edges[:, 1], edges[:, 1] * n + edges[:, 0]
+    return bool(np.array_equal(np.sort(there), np.sort(back)))
 
 
 def _places(vertices: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -173,12 +183,37 @@ def _inside_box(
     low, high = mesh.bounds
     if (high < box[0]).any() or (low > box[1]).any():
         return np.zeros(0, dtype=np.int64)
-    within = ((mesh.corners >= box[0]) & (mesh.corners <= box[1])).all(axis=(1, 2))
-    n = int(component.max()) + 1
-    outside = np.zeros(n, dtype=bool)
-    outside[component[~within]] = True
-    first = np.full(n, len(component), dtype=np.int64)
-    np.minimum.at(first, component, np.arange(len(component)))
+    count = int(component.max()) + 1
+    return _parts_within(mesh.vertices, mesh.triangles, component, count, box)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _parts_within(
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.int64],
+    component: NDArray[np.int64],
+    count: int,
+    box: NDArray[np.float64],
+) -> NDArray[np.int64]:
+    """First triangle of every component without a corner outside the box."""
+    first = np.full(count, -1, dtype=np.int64)
+    outside = np.zeros(count, dtype=np.bool_)
+    left = count
+    for t in range(len(triangles)):
+        part = component[t]
+        if outside[part]:
+            continue
+        if first[part] < 0:
+            first[part] = t
+        for c in range(3):
+            for k in range(3):
+                x = vertices[triangles[t, c], k]
+                if x < box[0, k] or x > box[1, k]:
+                    outside[part] = True
+        if outside[part]:
+            left -= 1
+            if left == 0:
+                break
     return first[~outside]
 
 

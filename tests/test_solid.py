@@ -117,6 +117,25 @@ def test_cavity_overlap_and_direction_of_normals():
     assert is_inside((0.2, 0.1, 0.3), flipped(box(2.0))) is Side.INSIDE
 
 
+def test_closed_parts_that_share_an_edge_are_solid():
+    boxes = joined(box(1.0), box(1.0, (1.0, 1.0, 0.0)))
+    assert not boxes.is_closed  # four triangles meet in the common edge
+    assert topology(boxes).is_closed
+    assert is_inside((0.1, 0.2, 0.3), boxes) is Side.INSIDE
+    assert is_inside((1.1, 0.9, 0.3), boxes) is Side.INSIDE
+    assert is_inside((0.9, 0.2, 0.3), boxes) is Side.OUTSIDE
+    assert contained(box(0.1, (1.0, 1.0, 0.0)), boxes).kind == "a_in_b"
+
+
+def test_one_triangle_wound_the_wrong_way_leaves_no_inside():
+    shape = box(1.0)
+    triangles = shape.triangles.copy()
+    triangles[0] = triangles[0, ::-1]
+    spoiled = TriangleMesh("spoiled", shape.vertices, triangles)
+    assert not topology(spoiled).is_closed
+    assert contained(box(0.1), spoiled).kind == "unknown"
+
+
 def test_link_in_the_wall_is_contained_and_link_in_the_bore_is_not(gantry):
     in_wall, in_bore = box(0.05, (0.6, 0.0, 0.0)), box(0.05)
     assert contained(in_wall, gantry).kind == "a_in_b"
