@@ -80,8 +80,8 @@ def enlarged(
         return _in_body_axes(mesh, margin.size)
     from borecheck.enlarge import enlarge
 
-    grown = enlarge(mesh, margin.size, axes=R_world_link.T)
-    return grown.mesh, grown.original_triangle
+    grown = enlarge(mesh, margin.size, R_world_link.T)
+    return grown.mesh, grown.source
 
 
 @lru_cache(maxsize=256)
@@ -91,4 +91,4 @@ def _in_body_axes(
     from borecheck.enlarge import enlarge
 
     grown = enlarge(mesh, size)
-    return grown.mesh, grown.original_triangle
+    return grown.mesh, grown.source
