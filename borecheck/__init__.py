@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from borecheck.bvh import MeshTree as MeshTree
-    from borecheck.compare import compare as compare
+    from borecheck.comparison import compare as compare
     from borecheck.contact_check import check as check
     from borecheck.errors import BorecheckError as BorecheckError
     from borecheck.robot import load_robot as load_robot
@@ -26,7 +26,7 @@ _HOMES = {
     "BorecheckError": "borecheck.errors",
     "MeshTree": "borecheck.bvh",
     "check": "borecheck.contact_check",
-    "compare": "borecheck.compare",
+    "compare": "borecheck.comparison",
     "load_robot": "borecheck.robot",
     "load_scene": "borecheck.scene",
 }

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from borecheck.compare import judged
+from borecheck.comparison import judged
 from borecheck.errors import InputError
 from borecheck.mesh import TriangleMesh
 from borecheck.pair_search import CHECKERS, Surface, contacts

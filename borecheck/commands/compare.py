@@ -62,14 +62,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _compared(args: argparse.Namespace) -> dict[str, Any]:
-    from borecheck import compare as comparing
+    from borecheck import comparison
     from borecheck.pair_search import CHECKERS
     from borecheck.progress import Progress
     from borecheck.report.document import robot_block, scene_block
 
     robot, scene = common.load(args), common.load_surroundings(args)
     checkers = args.checkers.split(",") if args.checkers else CHECKERS
-    result = comparing.compare(
+    result = comparison.compare(
         robot,
         scene,
         _configurations(args, robot),
@@ -82,7 +82,7 @@ def _compared(args: argparse.Namespace) -> dict[str, Any]:
         "scene": scene_block(scene),
         "seed": args.seed if args.random is not None else None,
         "not_modelled": [*robot.not_modelled, *scene.not_modelled],
-        **comparing.to_json(result),
+        **comparison.to_json(result),
     }
     if wants_display(args):
         from borecheck.report.display import display_block

@@ -14,8 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.causes import cause_of
 from borecheck.errors import UsageError
+from borecheck.mesh import TriangleMesh
 from borecheck.pair_search import (
     CHECKERS,
+    PRUNINGS,
     Found,
     Surface,
     checker_name,
@@ -135,6 +137,7 @@ def compare(
     poses = np.atleast_2d(np.array(qs, dtype=np.float64))
     if poses.size == 0:
         raise UsageError("there is no configuration to compare at")
+    _warm_up(names)
     gathered = _Gathered(names)
     for number, q in enumerate(poses):
         robot.model.check_limits(q)
@@ -150,6 +153,15 @@ def compare(
         pose_verdicts=tuple(gathered.pose_verdicts),
         contained=tuple(gathered.contained),
     )
+
+
+def _warm_up(names: Sequence[str]) -> None:
+    """Loads or compiles every kernel, so that no checker is billed for it."""
+    triangle = TriangleMesh("warm-up", np.eye(3), np.array([[0, 1, 2]]))
+    for name in names:
+        for pruning in PRUNINGS:
+            a, b = Surface(triangle), Surface(triangle)
+            contacts(a, WORLD, b, WORLD, name, pruning, same_vertices=True)
 
 
 class _Gathered:
