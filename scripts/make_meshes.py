@@ -71,7 +71,8 @@ def differences(description: Description) -> Iterator[str]:
 
 def coarse(description: Description) -> dict[str, TriangleMesh]:
     defaults = {name: a.default for name, a in description.arguments.items()}
-    return hook(description.meshes)("coarse", defaults)
+    meshes: dict[str, TriangleMesh] = hook(description.meshes)("coarse", defaults)
+    return meshes
 
 
 if __name__ == "__main__":

@@ -42,8 +42,8 @@ class Level:
 
 LEVELS = {
     "coarse": Level(Detail(inf, 8, 1), Detail(inf, 8, 1), Detail(inf, 6, 1)),
-    "middle": Level(Detail(0.05, 20, 2), Detail(0.014, 14, 2), Detail(0.003, 6, 1)),
-    "fine": Level(Detail(0.02, 48, 4), Detail(0.006, 28, 3), Detail(0.001, 10, 1)),
+    "middle": Level(Detail(0.06, 20, 2), Detail(0.015, 14, 2), Detail(0.003, 6, 1)),
+    "fine": Level(Detail(0.0215, 48, 4), Detail(0.006, 28, 3), Detail(0.001, 10, 1)),
 }
 
 
@@ -123,7 +123,7 @@ def _cross(detail: Detail) -> list[TriangleMesh]:
 
 
 def _arm(detail: Detail) -> list[TriangleMesh]:
-    """Drive box with the motor of q5, two carbon tubes, the fork of the tilt axis."""
+    """Drive box, cover of the drives, two carbon tubes, the fork of the tilt axis."""
     tubes = [
         cylinder((-0.79 + GAP, y, 0.0), (-0.018 - GAP, y, 0.0), 0.011, detail)
         for y in (-0.020, 0.020)
@@ -139,7 +139,7 @@ def _arm(detail: Detail) -> list[TriangleMesh]:
     return [
         cylinder((-0.90, 0.0, 0.0), (-0.886, 0.0, 0.0), 0.04, detail),
         box((-0.886 + GAP, -0.03, -0.10), (-0.79, 0.03, 0.04), detail, 0.008),
-        cylinder((-0.838, 0.0, 0.04 + GAP), (-0.838, 0.0, 0.10), 0.022, detail),
+        box((-0.875, -0.05, 0.04 + GAP), (-0.62, 0.05, 0.125), detail, 0.012),
         *tubes,
         *braces,
         *fork,
