@@ -27,7 +27,7 @@ NEEDLE_RADIUS = 0.00055  # [Matsuno2020] section 4.3: diameter about 1.1 mm
 
 
 class UnreachableError(BorecheckError):
-    """No configuration within the limits reaches the plan; says which limit is broken."""
+    """No configuration within the limits reaches the plan; names the broken limit."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import sys
 from typing import Any
 
 from borecheck.description import (
@@ -25,11 +26,11 @@ def run(args: argparse.Namespace) -> int:
     scanners = [_scanner(name) for name in installed_names("scanners")]
     if args.format == "json":
         document = {"schema_version": "1", "robots": robots, "scanners": scanners}
-        print(json.dumps(document, indent=2))
+        sys.stdout.write(json.dumps(document, indent=2) + "\n")
         return 0
     for kind, things in (("robot", robots), ("scanner", scanners)):
         for thing in things:
-            print("\n".join(_lines(kind, thing)), end="\n\n")
+            sys.stdout.write("\n".join(_lines(kind, thing)) + "\n\n")
     return 0
 
 
