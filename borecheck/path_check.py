@@ -1,0 +1,167 @@
+"""Is a motion clear at every instant: robots and scenes handed to the certified search.
+
+`path_search` knows frames and surfaces only. Here a robot's joints become its chain,
+its parts and the scene's obstacles become bodies, and the plan's corridor becomes the
+one pair that the certificate leaves out and says so.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.contact_check import Settings
+from borecheck.corridor import Corridor
+from borecheck.margin import OFFSET
+from borecheck.motion_bounds import FIXED, SLIDES, TURNS, WORLD, Chain
+from borecheck.motion_check import Interval, MotionVerdict, checked_waypoints
+from borecheck.path_outcome import PathVerdict
+from borecheck.path_search import Body, PathProblem, search
+from borecheck.robot import Robot
+from borecheck.scene import Scene
+from borecheck.verdict import CLEAR, CONTACT, UNKNOWN
+
+Array = NDArray[np.float64]
+
+# Only these ask for the true distance, which is what the certificate bounds.
+CERTIFIABLE = ("exact", "two-sided")
+
+
+def check_path(
+    robot: Robot, scene: Scene, waypoints: ArrayLike, margin: float = 0.0
+) -> PathVerdict:
+    """The verdict for every instant of a motion, straight between waypoints.
+
+    Args:
+        robot: From `load_robot`.
+        scene: From `load_scene`.
+        waypoints: Configurations, (k, n), [m] and [rad].
+        margin: Required clearance to obstacles, [m].
+
+    Raises:
+        JointLimitError: A waypoint beyond a joint limit.
+        UsageError: No waypoint, or a margin that is none.
+    """
+    points = checked_waypoints(robot, waypoints)
+    return search(path_problem(robot, scene, margin), points)
+
+
+def path_problem(
+    robot: Robot,
+    scene: Scene,
+    margin: float = 0.0,
+    corridor: Corridor | None = None,
+) -> PathProblem:
+    """Robot and scene as the certified search sees them.
+
+    With a corridor, needle and patient are left out: the needle is meant to be there.
+    """
+    frame_of, chain = chain_of(robot)
+    parts = tuple(
+        Body(part.mesh.name, part.mesh, frame_of[part.link]) for part in robot.parts
+    )
+    obstacles = tuple(Body(o.name, o.mesh) for o in scene.obstacles)
+    excluded = frozenset(
+        (i, j)
+        for i, part in enumerate(robot.parts)
+        for j, obstacle in enumerate(scene.obstacles)
+        if corridor is not None and robot.may_enter(part.link, obstacle.role)
+    )
+    return PathProblem(chain, parts, obstacles, robot.self_pairs, margin, excluded)
+
+
+def chain_of(robot: Robot) -> tuple[dict[str, int], Chain]:
+    """Frame number of every link, and the chain; the root stands fixed in the scene."""
+    model = robot.model
+    below: dict[str, list[int]] = {}
+    for index, joint in enumerate(model.tree.joints):
+        below.setdefault(joint.parent, []).append(index)
+    root = model.tree.root.name
+    frame_of = {root: 0}
+    rows: list[tuple[int, Array, int, Array, int, float, float]] = [
+        (WORLD, robot.T_scene_root, FIXED, np.array([1.0, 0.0, 0.0]), -1, 1.0, 0.0)
+    ]
+    waiting = [root]
+    while waiting:
+        link = waiting.pop(0)
+        for index in below.get(link, ()):
+            joint = model.tree.joints[index]
+            frame_of[joint.child] = len(rows)
+            source, factor, offset = _driver(robot, joint.name, joint.type)
+            kind = {"fixed": FIXED, "prismatic": SLIDES}.get(joint.type, TURNS)
+            row = (frame_of[link], joint.origin, kind, joint.axis)
+            rows.append((*row, source, factor, offset))
+            waiting.append(joint.child)
+    parent, origin, kinds, axis, source_, factors, offsets = zip(*rows, strict=True)
+    return frame_of, Chain(
+        np.array(parent),
+        np.array(origin),
+        np.array(kinds),
+        np.array(axis),
+        np.array(source_),
+        np.array(factors),
+        np.array(offsets),
+    )
+
+
+def _driver(robot: Robot, name: str, kind: str) -> tuple[int, float, float]:
+    """Entry of q that drives a joint, factor and offset; -1 for a fixed joint."""
+    if kind == "fixed":
+        return -1, 1.0, 0.0
+    leader, factor, offset = robot.model.follow(name)
+    if leader not in robot.model.joint_names:  # it mimics a joint that cannot move
+        return 0, 0.0, offset
+    return robot.model.joint_names.index(leader), factor, offset
+
+
+def certified(
+    robot: Robot,
+    scene: Scene,
+    points: Array,
+    chosen: Settings,
+    corridor: Corridor | None,
+    sampled: MotionVerdict,
+) -> MotionVerdict:
+    """What the samples said, with what can be certified between them.
+
+    Args:
+        robot: The robot.
+        scene: What stands around it.
+        points: Waypoints, checked, (k, n).
+        chosen: Checker and margin; others than exact and two-sided with a true
+            distance stay sampled.
+        corridor: Where the needle may be in the patient.
+        sampled: The verdict of the samples, without contact.
+    """
+    if chosen.checker not in CERTIFIABLE or chosen.margin.kind != OFFSET:
+        return sampled
+    from borecheck.certificate import certificate
+
+    problem = path_problem(robot, scene, chosen.margin.size, corridor)
+    outcome = search(problem, points)
+    first = outcome.first_contact
+    clear = outcome.verdict == CLEAR and all(p.verdict == CLEAR for p in sampled.poses)
+    verdict = outcome.verdict if outcome.verdict != CLEAR or clear else UNKNOWN
+    reason = outcome.reason if verdict == outcome.verdict else sampled.reason
+    if verdict == CLEAR:
+        reason = f"{outcome.reason}; {sampled.poses[sampled.worst].reason}"
+    return replace(
+        sampled,
+        verdict=verdict,
+        reason=reason,
+        qualifiers=outcome.qualifiers,
+        certified=clear,
+        intervals=tuple(Interval(s.start, s.end, s.verdict) for s in outcome.intervals),
+        first_contact=first[0] if first and verdict == CONTACT else None,
+        certificate=certificate(problem, points, outcome) if clear else None,
+        not_covered=_left_out(problem),
+    )
+
+
+def _left_out(problem: PathProblem) -> tuple[str, ...]:
+    """The pairs that the certificate leaves to the samples."""
+    return tuple(
+        f"{problem.parts[i].name} in {problem.obstacles[j].name}: looked at in samples "
+        "only, to lie within the plan's corridor"
+        for i, j in sorted(problem.excluded)
+    )
