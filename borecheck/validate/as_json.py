@@ -7,7 +7,7 @@ from typing import Any
 from borecheck.validate.as_text import count_by_severity
 from borecheck.validate.findings import Finding
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = "1"
 
 
 def to_record(finding: Finding) -> dict[str, Any]:
@@ -38,7 +38,7 @@ def to_document(
     counts: dict[str, Any] = {"files": len(results), **count_by_severity(found)}
     return {
         "schema_version": SCHEMA_VERSION,
-        "kind": "validate",
+        "command": "validate",
         "profile": profile,
         **(extra or {}),
         "files": [

@@ -12,6 +12,7 @@ from borecheck.validate.registry import Check, Hit, all_checks
 
 # A file with thousands of equal faults needs no thousands of lines.
 MOST_PER_CHECK = 200
+RUN_CODES = ("K601", "K608", "K609", "K612")
 
 
 def validate_file(
@@ -70,6 +71,10 @@ def findings_of(loaded: Loaded, options: Options) -> list[Finding]:
     robot, suppressions = loaded
     if isinstance(robot, Finding):
         return [robot] if options.wants(robot.code) else []
+    if options.run and any(options.wants(code) for code in RUN_CODES):
+        from borecheck.validate.running import start_voices
+
+        start_voices(robot)  # they load while the other checks run
     found: list[Finding] = []
     for check in all_checks():
         if options.wants(check.code) and _is_due(check, robot):
