@@ -72,7 +72,7 @@ class MotionVerdict:
     not_covered: tuple[str, ...] = ()
 
 
-def check_motion(
+def sample_motion(
     robot: Robot,
     scene: Scene,
     waypoints: ArrayLike,
@@ -80,10 +80,11 @@ def check_motion(
     *,
     corridor: Corridor | None = None,
     samples: int = DEFAULT_SAMPLES,
-    certify: bool = True,
     progress: Progress | None = None,
 ) -> MotionVerdict:
-    """The verdict for the motion that goes straight from waypoint to waypoint.
+    """What samples say of the motion that goes straight from waypoint to waypoint.
+
+    Without contact the verdict is `unknown`: see `path_check.check_motion`.
 
     Args:
         robot: The robot.
@@ -92,7 +93,6 @@ def check_motion(
         chosen: Checker, pruning, margin.
         corridor: Where the needle may be in the patient.
         samples: How many configurations are looked at, waypoints included.
-        certify: Whether to ask for a certificate between the samples.
         progress: Called with samples done and in all.
 
     Raises:
@@ -106,12 +106,7 @@ def check_motion(
         poses.append(check_with(robot, scene, q, chosen, corridor))
         if progress is not None:
             progress(done + 1, len(fractions))
-    sampled = _sampled(points, fractions, tuple(poses))
-    if not certify or sampled.verdict == CONTACT:
-        return sampled
-    from borecheck.path_check import certified
-
-    return certified(robot, scene, points, chosen, corridor, sampled)
+    return _sampled(points, fractions, tuple(poses))
 
 
 def checked_waypoints(robot: Robot, waypoints: ArrayLike) -> Array:

@@ -14,7 +14,14 @@ from borecheck.contact_check import Settings
 from borecheck.corridor import Corridor
 from borecheck.margin import OFFSET
 from borecheck.motion_bounds import FIXED, SLIDES, TURNS, WORLD, Chain
-from borecheck.motion_check import Interval, MotionVerdict, checked_waypoints
+from borecheck.motion_check import (
+    DEFAULT_SAMPLES,
+    Interval,
+    MotionVerdict,
+    Progress,
+    checked_waypoints,
+    sample_motion,
+)
 from borecheck.path_outcome import PathVerdict
 from borecheck.path_search import Body, PathProblem, search
 from borecheck.robot import Robot
@@ -112,6 +119,48 @@ def _driver(robot: Robot, name: str, kind: str) -> tuple[int, float, float]:
     if leader not in robot.model.joint_names:  # it mimics a joint that cannot move
         return 0, 0.0, offset
     return robot.model.joint_names.index(leader), factor, offset
+
+
+def check_motion(
+    robot: Robot,
+    scene: Scene,
+    waypoints: ArrayLike,
+    chosen: Settings,
+    *,
+    corridor: Corridor | None = None,
+    samples: int = DEFAULT_SAMPLES,
+    certify: bool = True,
+    progress: Progress | None = None,
+) -> MotionVerdict:
+    """The verdict for a motion: samples first, then every instant between them.
+
+    Args:
+        robot: The robot.
+        scene: What stands around it.
+        waypoints: Configurations, (k, n), [m] and [rad]; straight in each joint.
+        chosen: Checker, pruning, margin.
+        corridor: Where the needle may be in the patient.
+        samples: How many configurations are looked at, waypoints included.
+        certify: Whether to ask for a certificate between the samples.
+        progress: Called with samples done and in all.
+
+    Raises:
+        UsageError: No waypoint, or one of the wrong length.
+        JointLimitError: A waypoint beyond a joint limit.
+    """
+    points = checked_waypoints(robot, waypoints)
+    sampled = sample_motion(
+        robot,
+        scene,
+        points,
+        chosen,
+        corridor=corridor,
+        samples=samples,
+        progress=progress,
+    )
+    if not certify or sampled.verdict == CONTACT or len(points) == 1:
+        return sampled
+    return certified(robot, scene, points, chosen, corridor, sampled)
 
 
 def certified(

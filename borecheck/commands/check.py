@@ -121,7 +121,7 @@ def _pose(
 def _path(
     args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
 ) -> dict[str, Any]:
-    from borecheck.motion_check import check_motion
+    from borecheck.path_check import check_motion
     from borecheck.path_file import read_path
     from borecheck.progress import Progress
     from borecheck.report.document import motion_block
@@ -183,7 +183,7 @@ def _one_plan(
     chosen: "Settings",
     plan: "NeedlePlan",
 ) -> dict[str, Any]:
-    from borecheck.motion_check import check_motion
+    from borecheck.path_check import check_motion
     from borecheck.plan_motion import UnreachableError, plan_motion
     from borecheck.progress import Progress
     from borecheck.report.document import motion_block
