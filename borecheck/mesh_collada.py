@@ -71,7 +71,10 @@ def _parts(
 
     try:
         scene = trimesh.load_scene(
-            BytesIO(data), file_type="dae", process=False, ignore_broken=False
+            BytesIO(_without_looks(data)),
+            file_type="dae",
+            process=False,
+            ignore_broken=False,
         )
         parts = []
         for node in scene.graph.nodes_geometry:
@@ -86,3 +89,21 @@ def _parts(
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise MeshError(file, f"cannot be read as Collada: {reason}") from error
     return parts
+
+
+def _without_looks(data: bytes) -> bytes:
+    """The file without materials: a missing texture is no reason to refuse a shape.
+
+    Broken references must stay errors, or trimesh would leave out geometry in silence.
+    """
+    from lxml import etree
+
+    parser = etree.XMLParser(resolve_entities=False, no_network=True)
+    root = etree.fromstring(data, parser)
+    looks = {f"library_{kind}" for kind in ("images", "effects", "materials")}
+    looks.add("bind_material")
+    for element in list(root.iter("{*}*")):
+        parent = element.getparent()
+        if parent is not None and etree.QName(element).localname in looks:
+            parent.remove(element)
+    return bytes(etree.tostring(root))

@@ -7,6 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.errors import MeshError
+from borecheck.mesh_ears import cut_ears
+
+Array = NDArray[np.float64]
+Ids = NDArray[np.int64]
 
 # A fan triangle may point against its face by this share of the face's area before
 # the face counts as not convex: rounded coordinates of planar faces stay far below.
@@ -22,20 +26,20 @@ class RawMesh:
         triangles: Vertex indices, (m, 3); may still be out of range.
     """
 
-    vertices: NDArray[np.float64]
-    triangles: NDArray[np.int64]
+    vertices: Array
+    triangles: Ids
 
 
 def fan(
-    vertices: NDArray[np.float64],
-    counts: NDArray[np.int64],
-    indices: NDArray[np.int64],
+    vertices: Array,
+    counts: Ids,
+    indices: Ids,
     file: str | PathLike[str],
-) -> NDArray[np.int64]:
+) -> Ids:
     """Triangles (first, k, k+1) of every face, in file order.
 
-    A fan covers a face that is not seen whole from its first corner wrongly: such a
-    face is refused, because a surface that is not there hides or invents contacts.
+    A fan covers a face that is not seen whole from its first corner wrongly, and a
+    surface that is not there hides or invents contacts: such a face is cut by its ears.
 
     Args:
         vertices: Points, (n, 3).
@@ -45,7 +49,7 @@ def fan(
 
     Raises:
         MeshError: A face with fewer than three corners, an index out of range, or a
-            face of more than three corners that its fan does not cover.
+            face whose outline crosses itself.
     """
     if len(counts) == 0:
         return np.zeros((0, 3), dtype=np.int64)
@@ -68,27 +72,25 @@ def fan(
     first = starts[face_of]
     triangles = indices[np.stack([first, first + step + 1, first + step + 2], axis=1)]
     if counts.max() > 3:
-        _check_fans(vertices[triangles], face_of, counts, file)
+        for face in _not_covered(vertices[triangles], face_of, len(counts)):
+            corners = indices[starts[face] : starts[face] + counts[face]]
+            ears = cut_ears(vertices[corners])
+            if ears is None:
+                raise MeshError(
+                    file,
+                    "an outline that crosses itself is no surface: export triangles",
+                    f"face {face}",
+                )
+            triangles[face_of == face] = corners[np.array(ears)]
     return triangles
 
 
-def _check_fans(
-    corners: NDArray[np.float64],
-    face_of: NDArray[np.int64],
-    counts: NDArray[np.int64],
-    file: str | PathLike[str],
-) -> None:
+def _not_covered(corners: Array, face_of: Ids, n_faces: int) -> Ids:
+    """Faces of which some fan triangle points against the whole."""
     with np.errstate(all="ignore"):  # NaN and huge numbers are reported later
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        whole = np.zeros((len(counts), 3))
+        whole = np.zeros((n_faces, 3))
         np.add.at(whole, face_of, normals)
         along = np.einsum("ij,ij->i", normals, whole[face_of])
         backward = along < -_BACKWARD_SHARE * (whole[face_of] ** 2).sum(axis=1)
-    wrong = np.flatnonzero(backward)
-    if len(wrong):
-        raise MeshError(
-            file,
-            "is not convex, so cutting it into triangles would be a guess: "
-            "export triangles",
-            f"face {face_of[wrong[0]]}",
-        )
+    return np.unique(face_of[backward])

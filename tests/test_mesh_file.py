@@ -101,6 +101,23 @@ def test_scale_and_unit() -> None:
         read_mesh(path, 1e300)
 
 
+def test_collada_without_its_textures(tmp_path: Path) -> None:
+    """A broken picture changes no shape; a broken geometry is an error."""
+    text = (MESHES / "good" / "centimetres.dae").read_text()
+    image = '<library_images><image id="i"><init_from>QQQ</init_from></image>'
+    effect = (
+        '</library_images><library_effects><effect id="e"><profile_COMMON>'
+        '<newparam sid="s"><sampler2D><source>QQQ</source></sampler2D></newparam>'
+        "</profile_COMMON></effect></library_effects><library_geometries>"
+    )
+    path = tmp_path / "textured.dae"
+    path.write_text(text.replace("<library_geometries>", image + effect))
+    np.testing.assert_array_equal(read_mesh(path).corners, TETRAHEDRON)
+    path.write_text(text.replace('url="#g"', 'url="#QQQ"'))
+    with pytest.raises(MeshError, match="QQQ"):
+        read_mesh(path)
+
+
 def test_collada_states_its_unit_and_up_axis() -> None:
     data = (MESHES / "good" / "centimetres.dae").read_bytes()
     assert collada_conventions(data, "f") == (0.01, "Z_UP")

@@ -1,0 +1,70 @@
+"""Cutting one polygon that is not convex into triangles, by its ears."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_MOST_CORNERS = 256  # the work grows with the cube; real faces have a few dozen
+
+
+def cut_ears(points: Array) -> list[tuple[int, int, int]] | None:
+    """Triangles that cover a polygon exactly, wound as it is, or None.
+
+    The polygon is seen along its normal. Of a planar polygon the triangles are its
+    very surface, whichever diagonals are chosen; a file leaves open how a bent one is
+    folded.
+
+    Args:
+        points: Corners in order, (n, 3).
+
+    Returns:
+        n - 2 triangles of corner numbers; None if the outline crosses itself, has no
+        area, or has more than 256 corners.
+    """
+    if len(points) > _MOST_CORNERS or not np.isfinite(points).all():
+        return None
+    flat = _seen_along_normal(points)
+    left = list(range(len(points)))
+    triangles = []
+    while len(left) > 3:
+        ear = next((k for k in range(len(left)) if _is_ear(flat[left], k)), None)
+        if ear is None:
+            return None
+        before, after = left[ear - 1], left[(ear + 1) % len(left)]
+        triangles.append((before, left[ear], after))
+        del left[ear]
+    if _area(*flat[left]) < 0.0:
+        return None
+    return [*triangles, (left[0], left[1], left[2])]
+
+
+def _seen_along_normal(points: Array) -> Array:
+    """The two coordinates in which the polygon's area is largest, anticlockwise."""
+    local = points - points.mean(axis=0)
+    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    axis = int(np.argmax(np.abs(normal)))
+    kept = [(axis + 1) % 3, (axis + 2) % 3]
+    return local[:, kept if normal[axis] > 0.0 else kept[::-1]]
+
+
+def _is_ear(flat: Array, k: int) -> bool:
+    """Whether corner k can be cut off: it bulges, and no other corner is in it."""
+    n = len(flat)
+    a, b, c = flat[k - 1], flat[k], flat[(k + 1) % n]
+    if _area(a, b, c) < 0.0:
+        return False
+    others = np.delete(flat, [(k - 1) % n, k, (k + 1) % n], axis=0)
+    coincide = (others[:, None] == np.stack([a, b, c])).all(axis=2).any(axis=1)
+    inside = (
+        (_area(a, b, others) >= 0.0)
+        & (_area(b, c, others) >= 0.0)
+        & (_area(c, a, others) >= 0.0)
+    )
+    return not bool((inside & ~coincide).any())
+
+
+def _area(a: Array, b: Array, c: Array) -> Array:
+    """Twice the signed area of triangles in the plane."""
+    u, v = b - a, c - a
+    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
