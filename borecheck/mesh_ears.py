@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _MOST_CORNERS = 256  # the work grows with the cube; real faces have a few dozen
+_NO_AREA = 1e-6  # share of its parts below which a polygon's area cancels out
 
 
 def cut_ears(points: Array) -> list[tuple[int, int, int]] | None:
@@ -25,6 +26,8 @@ def cut_ears(points: Array) -> list[tuple[int, int, int]] | None:
     if len(points) > _MOST_CORNERS or not np.isfinite(points).all():
         return None
     flat = _seen_along_normal(points)
+    if flat is None:
+        return None
     left = list(range(len(points)))
     triangles = []
     while len(left) > 3:
@@ -39,10 +42,13 @@ def cut_ears(points: Array) -> list[tuple[int, int, int]] | None:
     return [*triangles, (left[0], left[1], left[2])]
 
 
-def _seen_along_normal(points: Array) -> Array:
+def _seen_along_normal(points: Array) -> Array | None:
     """The two coordinates in which the polygon's area is largest, anticlockwise."""
     local = points - points.mean(axis=0)
-    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    crosses = np.cross(local, np.roll(local, -1, axis=0))
+    normal = crosses.sum(axis=0)
+    if np.linalg.norm(normal) <= _NO_AREA * np.linalg.norm(crosses, axis=1).sum():
+        return None
     axis = int(np.argmax(np.abs(normal)))
     kept = [(axis + 1) % 3, (axis + 2) % 3]
     return local[:, kept if normal[axis] > 0.0 else kept[::-1]]

@@ -86,11 +86,13 @@ def fan(
 
 
 def _not_covered(corners: Array, face_of: Ids, n_faces: int) -> Ids:
-    """Faces of which some fan triangle points against the whole."""
+    """Faces of which some fan triangle points against the whole, or all cancel out."""
     with np.errstate(all="ignore"):  # NaN and huge numbers are reported later
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         whole = np.zeros((n_faces, 3))
         np.add.at(whole, face_of, normals)
         along = np.einsum("ij,ij->i", normals, whole[face_of])
         backward = along < -_BACKWARD_SHARE * (whole[face_of] ** 2).sum(axis=1)
-    return np.unique(face_of[backward])
+        parts = np.bincount(face_of, np.linalg.norm(normals, axis=1), n_faces)
+        nothing_left = np.linalg.norm(whole, axis=1) < _BACKWARD_SHARE * parts
+    return np.union1d(face_of[backward], np.flatnonzero(nothing_left))
