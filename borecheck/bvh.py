@@ -28,6 +28,8 @@ class Closest:
 
     Attributes:
         distance: Between them, [m]; 0 if the surfaces meet.
+        lower: Certified lower bound of the distance of the surfaces, [m].
+        upper: Certified upper bound, [m].
         point_self: On the first mesh, (3,), world, [m].
         point_other: On the other mesh, (3,), world, [m].
         triangle_self: Original id of the triangle that holds `point_self`.
@@ -35,6 +37,8 @@ class Closest:
     """
 
     distance: float
+    lower: float
+    upper: float
     point_self: NDArray[np.float64]
     point_other: NDArray[np.float64]
     triangle_self: int
@@ -84,7 +88,7 @@ class MeshTree:
         self.order = tree.order
         self.depth = tree.depth
         self.corners = corners[tree.order]
-        self.frame = tree.frame
+        self.frame = tree.frame[None]
 
     @classmethod
     def of(cls, mesh: TriangleMesh, *, cached: bool = True) -> "MeshTree":
@@ -203,10 +207,12 @@ class MeshTree:
         """
         T_self, T_other = placement(T_self, "T_self"), placement(T_other, "T_other")
         count, _, found = self._search(other, T_self, T_other, "exact", bvh_query.FIRST)
+        lower, upper = 0.0, 0.0
         if count:
             leaf_a, leaf_b = int(found[0, 0]), int(found[0, 1])
         else:
             answer = self._nearest(other, T_self, T_other, 1.0)
+            lower, upper = _bounds(answer)
             leaf_a = _leaf(self.nodes, int(answer[bvh_clearance.SLOT_A]))
             leaf_b = _leaf(other.nodes, int(answer[bvh_clearance.SLOT_B]))
         distance, p, q = bvh_clearance.nearest_points(
@@ -214,6 +220,8 @@ class MeshTree:
         )
         return Closest(
             0.0 if count else distance,
+            lower,
+            upper,
             np.array(p),
             np.array(q),
             int(self.order[leaf_a]),

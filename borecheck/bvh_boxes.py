@@ -21,23 +21,25 @@ the two trees and X = C_a + C_b + |m|:
   (Rotations are checked to 1e-6, so an error keeps its size from frame to frame.)
 
 The slack is 2 * (64 u X + 128 v (X + Y)), twice what is needed, in each comparison.
-These are written so that a NaN keeps a pair.
+These are written so that a NaN keeps a pair. Gaps are measured as differences of the
+same terms, so the slack covers them too.
 """
 
 from typing import Any
 
 from numba import njit
 
-from borecheck.bvh_build import F32, WIDTH
+from borecheck.bvh_build import F32
+from borecheck.bvh_lanes import BACK_ROWS, BOUNDS, CENTRE, OWN, PROBE_SLACK
 from borecheck.se3 import ROTATION_TOLERANCE
 
 # Columns of one row of a relation: M (9), m (3), slack.
 SHIFT = 9
 SLACK = 12
 RELATION_SHAPE = (2, 13)
-# Rows of the float64 scratch of one pair: T_a, T_b, M and m, their inverse, R_b^-1.
-PAIR_SHAPE = (5, 3, 4)
-PLACE_A, PLACE_B, FORTH, BACK, UNDO_B = range(5)
+# The float64 scratch of one pair: M and m, their inverse, R_b^-1.
+PAIR_SHAPE = (3, 3, 4)
+FORTH, BACK, UNDO_B = range(3)
 # The frame of a tree: its origin (3) and its largest coordinate.
 EXTENT = 3
 
@@ -54,14 +56,6 @@ KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
 INLINE: dict[str, Any] = {**KERNEL, "forceinline": True}
 # Only box tests may contract a * b + c: one rounding less, and the slack covers all.
 BOX: dict[str, Any] = {**INLINE, "fastmath": {"contract"}}
-
-
-@njit(**INLINE)
-def copy_placement(T, pair, row):  # type: ignore[no-untyped-def]
-    """Copies a (4, 4) or (3, 4) transform into the scratch of a pair."""
-    for i in range(3):
-        for j in range(4):
-            pair[row, i, j] = T[i, j]
 
 
 @njit(**INLINE)
@@ -96,37 +90,44 @@ def is_identity(T):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def relate(pair, b_is_world, frame_a, frame_b, inflate, relation):  # type: ignore[no-untyped-def]
+def relate(T_a, T_b, b_is_world, frames_a, a, frames_b, b, inflate, pair, relation):  # type: ignore[no-untyped-def]
     """Fills row 0 of a relation, which takes boxes of a into the frame of b.
 
     Args:
-        pair: Scratch with both placements set; the exact M and m are filled.
-        b_is_world: Whether the placement of b is the identity.
-        frame_a: Origin and largest coordinate of tree a, (4,).
-        frame_b: The same of tree b.
+        T_a: Placement of mesh a, (4, 4).
+        T_b: Placement of mesh b.
+        b_is_world: Whether that is the identity.
+        frames_a: Origin (3) and largest coordinate of trees, (k, 4 or more).
+        a: Which of them.
+        frames_b: As frames_a.
+        b: As a.
         inflate: Boxes nearer than this count as meeting, [m].
+        pair: Scratch; M and m are filled.
         relation: (2, 13), float32.
     """
-    reach = abs(frame_b[0]) + abs(frame_b[1]) + abs(frame_b[2])
+    reach = abs(frames_b[b, 0]) + abs(frames_b[b, 1]) + abs(frames_b[b, 2])
     for i in range(3):
-        reach += abs(frame_a[i]) + abs(pair[PLACE_A, i, 3]) + abs(pair[PLACE_B, i, 3])
+        reach += abs(frames_a[a, i]) + abs(T_a[i, 3]) + abs(T_b[i, 3])
         for j in range(3):
-            pair[FORTH, i, j] = pair[PLACE_A, i, j]
+            pair[FORTH, i, j] = T_a[i, j]
         pair[FORTH, i, 3] = (
-            pair[PLACE_A, i, 0] * frame_a[0]
-            + pair[PLACE_A, i, 1] * frame_a[1]
-            + pair[PLACE_A, i, 2] * frame_a[2]
-            + (pair[PLACE_A, i, 3] - pair[PLACE_B, i, 3])
+            T_a[i, 0] * frames_a[a, 0]
+            + T_a[i, 1] * frames_a[a, 1]
+            + T_a[i, 2] * frames_a[a, 2]
+            + (T_a[i, 3] - T_b[i, 3])
         )
     if not b_is_world:
-        _invert(pair, PLACE_B, UNDO_B)
+        for i in range(3):
+            for j in range(3):
+                pair[BACK, i, j] = T_b[i, j]
+        _invert(pair, BACK, UNDO_B)
         _multiply(pair, UNDO_B, FORTH, BACK)
         for i in range(3):
             for j in range(4):
                 pair[FORTH, i, j] = pair[BACK, i, j]
-    size = frame_a[EXTENT] + frame_b[EXTENT]
+    size = frames_a[a, EXTENT] + frames_b[b, EXTENT]
     for i in range(3):
-        pair[FORTH, i, 3] -= frame_b[i]
+        pair[FORTH, i, 3] -= frames_b[b, i]
         size += abs(pair[FORTH, i, 3])
     slack = _BOX_UNIT * size + _WORLD_UNIT * (size + reach) + inflate * _RIGID
     relation[0, SLACK] = F32(slack * 1.000001 + _SMALLEST)
@@ -203,42 +204,29 @@ def child_box(nodes, reference):  # type: ignore[no-untyped-def]
 
 
 @njit(**BOX)
-def mark_overlaps(nodes, node, box, relation, row, flags):  # type: ignore[no-untyped-def]
-    """flags[i] = whether child box i of a node may meet a box of the other tree.
+def set_probe(box, relation, row, probe):  # type: ignore[no-untyped-def]
+    """Fills what `bvh_lanes` asks of the box that stays while a node is opened.
 
     Args:
-        nodes: The tree whose node is opened.
-        node: Its node.
-        box: Centre and half extents in the frame of the other tree.
+        box: Centre and half extents in the frame of its own tree.
         relation: See `relate`.
         row: The row that takes the box into the frame of the opened tree.
-        flags: (8,), uint8, filled.
+        probe: (19,), float32.
     """
     cx, cy, cz, hx, hy, hz = box
-    m, f = relation[row], relation[1 - row]
-    slack = m[SLACK]
-    x = m[0] * cx + m[1] * cy + m[2] * cz + m[9]
-    y = m[3] * cx + m[4] * cy + m[5] * cz + m[10]
-    z = m[6] * cx + m[7] * cy + m[8] * cz + m[11]
-    wx = abs(m[0]) * hx + abs(m[1]) * hy + abs(m[2]) * hz + slack
-    wy = abs(m[3]) * hx + abs(m[4]) * hy + abs(m[5]) * hz + slack
-    wz = abs(m[6]) * hx + abs(m[7]) * hy + abs(m[8]) * hz + slack
-    hx, hy, hz = hx + slack, hy + slack, hz + slack
-    f0, f1, f2, f3, f4, f5 = f[0], f[1], f[2], f[3], f[4], f[5]
-    f6, f7, f8 = f[6], f[7], f[8]
-    a0, a1, a2, a3, a4, a5 = abs(f0), abs(f1), abs(f2), abs(f3), abs(f4), abs(f5)
-    a6, a7, a8 = abs(f6), abs(f7), abs(f8)
-    for i in range(WIDTH):
-        dx, dy, dz = nodes[node, 0, i] - x, nodes[node, 1, i] - y, nodes[node, 2, i] - z
-        sx, sy, sz = nodes[node, 3, i], nodes[node, 4, i], nodes[node, 5, i]
-        apart = (abs(dx) > sx + wx) | (abs(dy) > sy + wy) | (abs(dz) > sz + wz)
-        px = f0 * dx + f1 * dy + f2 * dz
-        py = f3 * dx + f4 * dy + f5 * dz
-        pz = f6 * dx + f7 * dy + f8 * dz
-        apart |= abs(px) > hx + (a0 * sx + a1 * sy + a2 * sz)
-        apart |= abs(py) > hy + (a3 * sx + a4 * sy + a5 * sz)
-        apart |= abs(pz) > hz + (a6 * sx + a7 * sy + a8 * sz)
-        flags[i] = not apart
+    slack = relation[row, SLACK]
+    for i in range(3):
+        mx, my, mz = (
+            relation[row, 3 * i],
+            relation[row, 3 * i + 1],
+            relation[row, 3 * i + 2],
+        )
+        probe[CENTRE + i] = mx * cx + my * cy + mz * cz + relation[row, SHIFT + i]
+        probe[BOUNDS + i] = abs(mx) * hx + abs(my) * hy + abs(mz) * hz + slack
+    probe[OWN], probe[OWN + 1], probe[OWN + 2] = hx + slack, hy + slack, hz + slack
+    for i in range(9):
+        probe[BACK_ROWS + i] = relation[1 - row, i]
+    probe[PROBE_SLACK] = slack
 
 
 @njit(**BOX)

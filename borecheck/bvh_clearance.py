@@ -4,7 +4,7 @@ The surfaces are known not to meet (`bvh_query` asked before), so the clearance 
 least distance over all triangle pairs. A pair of boxes is dropped when it cannot hold
 anything nearer than what is asked for; the least bound of what was dropped is part of
 the answer. Bounds of boxes are float32, rounded down by the slack of `bvh_boxes` and
-by `_SAFE`; distances of triangles are float64 with the error that
+by `bvh_lanes.SAFE`; distances of triangles are float64 with the error that
 `triangle_distance` states.
 """
 
@@ -12,31 +12,27 @@ import numpy as np
 from numba import njit
 
 from borecheck.bvh_boxes import (
-    BOX,
     INLINE,
     KERNEL,
     PAIR_SHAPE,
-    PLACE_A,
-    PLACE_B,
     RELATION_SHAPE,
-    SLACK,
     child_box,
-    copy_placement,
     is_identity,
     relate,
     relate_back,
+    set_probe,
 )
 from borecheck.bvh_build import CHILD_ROW, F32, WIDTH
+from borecheck.bvh_lanes import PROBE_COLUMNS, gap_mask
 from borecheck.bvh_query import stack_room
 from borecheck.placing import place_triangle
 from borecheck.triangle_contact import triangle_row
 from borecheck.triangle_distance import DISTANCE_ERROR, disjoint_distance
 
-# Three float32 squares, two sums, a root: below 6 * 2**-24; rotations are checked to
-# 1e-6, so that lengths in a mesh's frame are those of the world within 2e-6.
-_SAFE = F32(1.0 - 1e-5)
 _ZERO = F32(0.0)
-_SMALL = F32(1e-30)
+ALL_LANES = 255
+# A limit is rounded up to float32, so that what it drops is beyond the float64 limit.
+_ROUND_UP = 1.0 + 2.0**-22
 
 # A walk's answer: least bound of the dropped, least distance found, the slots of its
 # two triangles, number of triangle pairs examined.
@@ -48,59 +44,14 @@ _ROUNDS = 4
 _GUESS = 1.05
 
 
-@njit(**BOX)
-def measure_gaps(nodes, node, box, relation, row, gaps):  # type: ignore[no-untyped-def]
-    """gaps[i]: a distance that child box i keeps from a box of the other tree.
-
-    Arguments as in `bvh_boxes.mark_overlaps`. The largest of three: the distance of one
-    box from the bounds of the other, in the frame of either, and the gap along the
-    line between the centres.
-    """
-    cx, cy, cz, hx, hy, hz = box
-    m, f = relation[row], relation[1 - row]
-    slack = m[SLACK]
-    x = m[0] * cx + m[1] * cy + m[2] * cz + m[9]
-    y = m[3] * cx + m[4] * cy + m[5] * cz + m[10]
-    z = m[6] * cx + m[7] * cy + m[8] * cz + m[11]
-    wx = abs(m[0]) * hx + abs(m[1]) * hy + abs(m[2]) * hz + slack
-    wy = abs(m[3]) * hx + abs(m[4]) * hy + abs(m[5]) * hz + slack
-    wz = abs(m[6]) * hx + abs(m[7]) * hy + abs(m[8]) * hz + slack
-    hx, hy, hz = hx + slack, hy + slack, hz + slack
-    f0, f1, f2, f3, f4, f5 = f[0], f[1], f[2], f[3], f[4], f[5]
-    f6, f7, f8 = f[6], f[7], f[8]
-    a0, a1, a2, a3, a4, a5 = abs(f0), abs(f1), abs(f2), abs(f3), abs(f4), abs(f5)
-    a6, a7, a8 = abs(f6), abs(f7), abs(f8)
-    for i in range(WIDTH):
-        dx, dy, dz = nodes[node, 0, i] - x, nodes[node, 1, i] - y, nodes[node, 2, i] - z
-        sx, sy, sz = nodes[node, 3, i], nodes[node, 4, i], nodes[node, 5, i]
-        gx = max(abs(dx) - (sx + wx), _ZERO)
-        gy = max(abs(dy) - (sy + wy), _ZERO)
-        gz = max(abs(dz) - (sz + wz), _ZERO)
-        px = abs(f0 * dx + f1 * dy + f2 * dz)
-        py = abs(f3 * dx + f4 * dy + f5 * dz)
-        pz = abs(f6 * dx + f7 * dy + f8 * dz)
-        square = dx * dx + dy * dy + dz * dz + _SMALL
-        reach = abs(dx) * (sx + slack) + abs(dy) * (sy + slack) + abs(dz) * (sz + slack)
-        reach += px * hx + py * hy + pz * hz
-        along = (square - reach) / np.sqrt(square)
-        px = max(px - (hx + a0 * sx + a1 * sy + a2 * sz), _ZERO)
-        py = max(py - (hy + a3 * sx + a4 * sy + a5 * sz), _ZERO)
-        pz = max(pz - (hz + a6 * sx + a7 * sy + a8 * sz), _ZERO)
-        own = gx * gx + gy * gy + gz * gz
-        foreign = px * px + py * py + pz * pz
-        gaps[i] = max(np.sqrt(max(own, foreign)), along) * _SAFE
-
-
 @njit(**INLINE)
-def push_nearest_last(gaps, limit, a, b, step_a, step_b, stack, bounds, top, answer):  # type: ignore[no-untyped-def]
-    """Puts the children nearer than `limit` on the stack, the nearest on top."""
+def push_nearest_last(mask, gaps, a, b, step_a, step_b, stack, bounds, top):  # type: ignore[no-untyped-def]
+    """Puts the children of a mask on the stack, the nearest on top."""
     first = top
     for i in range(WIDTH):
-        gap = gaps[i]
-        if gap >= limit:
-            answer[LOWER] = min(answer[LOWER], gap)
+        if (mask >> i) & 1 == 0:
             continue
-        place = top
+        gap, place = gaps[i], top
         while place > first and bounds[place - 1] < gap:
             bounds[place] = bounds[place - 1]
             stack[place, 0] = stack[place - 1, 0]
@@ -162,38 +113,37 @@ def farther(a, b, limit):  # type: ignore[no-untyped-def]
 
 @njit(**INLINE)
 def approach(  # type: ignore[no-untyped-def]
-    nodes_a, corners_a, slot_a, nodes_b, corners_b, slot_b,
-    pair, b_is_world, relation, scale, cutoff, stop, stack, bounds, gaps, answer,
+    tree_a, slot_a, T_a, tree_b, slot_b, T_b, b_is_world,
+    relation, scale, cutoff, stop, scratch, answer,
 ):  # fmt: skip
     """Narrows `answer` by one mesh against another, their relation given.
 
     Args:
-        nodes_a: As in `bvh_query.walk`, like all arguments not listed here.
-        corners_a: ...
-        slot_a: The box to begin with, 8 node + slot.
-        nodes_b: ...
-        corners_b: ...
-        slot_b: ...
-        pair: ...
+        tree_a: As in `bvh_query.walk`, like all arguments not listed here.
+        slot_a: The box of a to begin with, 8 node + slot.
+        T_a: ...
+        tree_b: ...
+        slot_b: The box of b to begin with.
+        T_b: ...
         b_is_world: ...
         relation: ...
         scale: 1 + relative tolerance: boxes are dropped when `scale` times their gap
             reaches the least distance found.
         cutoff: Boxes whose gap reaches this are dropped, [m].
         stop: The walk ends when something this near is found, [m].
-        stack: (k, 2) int64.
-        bounds: (k,) float32.
-        gaps: (8,) float32 scratch.
+        scratch: Stack (k, 2) int64, bounds (k,), probe (19,), gaps (8,), float32.
         answer: (5,): LOWER and UPPER are lowered; initially infinite, or what other
             meshes gave.
     """
-    children_a, children_b = nodes_a.view(np.int32), nodes_b.view(np.int32)
-    T_a, T_b = pair[PLACE_A], pair[PLACE_B]
+    nodes_a, children_a, corners_a = tree_a
+    nodes_b, children_b, corners_b = tree_b
+    stack, bounds, probe, gaps = scratch
     stack[0, 0], stack[0, 1], bounds[0] = slot_a, slot_b, _ZERO
     top = 1
     while top > 0:
         top -= 1
         limit = min(answer[UPPER] / scale, cutoff)
+        limit32 = F32(limit * _ROUND_UP)
         if bounds[top] >= limit:
             answer[LOWER] = min(answer[LOWER], bounds[top])
             continue
@@ -225,22 +175,25 @@ def approach(  # type: ignore[no-untyped-def]
         size_a = max(box_a[3], max(box_a[4], box_a[5]))
         size_b = max(box_b[3], max(box_b[4], box_b[5]))
         if node_a < 0 or (node_b >= 0 and size_b >= size_a):
-            measure_gaps(nodes_b, node_b, box_a, relation, 0, gaps)
-            top = push_nearest_last(
-                gaps, limit, a, 8 * node_b, 0, 1, stack, bounds, top, answer
-            )
+            set_probe(box_a, relation, 0, probe)
+            mask = gap_mask(nodes_b, node_b, probe, limit32, gaps)
+            first_a, first_b, step_a, step_b = a, 8 * node_b, 0, 1
         else:
-            measure_gaps(nodes_a, node_a, box_b, relation, 1, gaps)
+            set_probe(box_b, relation, 1, probe)
+            mask = gap_mask(nodes_a, node_a, probe, limit32, gaps)
+            first_a, first_b, step_a, step_b = 8 * node_a, b, 1, 0
+        if mask != ALL_LANES:
+            answer[LOWER] = min(answer[LOWER], limit)
+        if mask != 0:
             top = push_nearest_last(
-                gaps, limit, 8 * node_a, b, 1, 0, stack, bounds, top, answer
+                mask, gaps, first_a, first_b, step_a, step_b, stack, bounds, top
             )
 
 
 @njit(**KERNEL)
 def guess(  # type: ignore[no-untyped-def]
-    nodes_a, corners_a, root_a, nodes_b, corners_b, root_b,
-    pair, b_is_world, relation, stack, bounds, gaps, answer,
-):  # fmt: skip
+    tree_a, root_a, T_a, tree_b, root_b, T_b, b_is_world, relation, scratch, answer
+):
     """A small UPPER to begin with: every box farther than it will be dropped unopened.
 
     From the first pair of triangles met, one of the two is held and the nearest
@@ -250,8 +203,8 @@ def guess(  # type: ignore[no-untyped-def]
     stop, before, lower = np.inf, np.inf, answer[LOWER]
     for turn in range(2 * _ROUNDS):
         approach(
-            nodes_a, corners_a, slot_a, nodes_b, corners_b, slot_b, pair, b_is_world,
-            relation, _GUESS, np.inf, stop, stack, bounds, gaps, answer,
+            tree_a, slot_a, T_a, tree_b, slot_b, T_b, b_is_world,
+            relation, _GUESS, np.inf, stop, scratch, answer,
         )  # fmt: skip
         settled = answer[UPPER] > _SETTLED * before
         if answer[SLOT_A] < 0.0 or (settled and turn > 1):
@@ -261,6 +214,14 @@ def guess(  # type: ignore[no-untyped-def]
         if turn % 2 == 1:
             slot_a, slot_b = 8 * root_a, int(answer[SLOT_B])
     answer[LOWER] = lower
+
+
+@njit(**INLINE)
+def clearance_scratch(depths):  # type: ignore[no-untyped-def]
+    """What `approach` needs, from the depths of both trees together."""
+    room = stack_room(depths)
+    stack, bounds = np.zeros((room, 2), np.int64), np.zeros(room, F32)
+    return stack, bounds, np.zeros(PROBE_COLUMNS, F32), np.zeros(WIDTH, F32)
 
 
 @njit(**KERNEL)
@@ -273,26 +234,21 @@ def nearest(  # type: ignore[no-untyped-def]
     Returns:
         The answer, (5,). If `stop` ended the walk, LOWER says nothing.
     """
-    pair = np.zeros(PAIR_SHAPE)
-    relation = np.zeros(RELATION_SHAPE, F32)
+    pair, relation = np.zeros(PAIR_SHAPE), np.zeros(RELATION_SHAPE, F32)
     answer = np.array([np.inf, np.inf, -1.0, -1.0, 0.0])
-    copy_placement(T_a, pair, PLACE_A)
-    copy_placement(T_b, pair, PLACE_B)
     b_is_world = is_identity(T_b)
-    relate(pair, b_is_world, frame_a, frame_b, 0.0, relation)
+    relate(T_a, T_b, b_is_world, frame_a, 0, frame_b, 0, 0.0, pair, relation)
     relate_back(pair, relation)
-    room = stack_room(depths, 0)
-    stack = np.zeros((room, 2), np.int64)
-    bounds = np.zeros(room, F32)
-    gaps = np.zeros(WIDTH, F32)
+    scratch = clearance_scratch(depths)
+    tree_a = (nodes_a, nodes_a.view(np.int32), corners_a)
+    tree_b = (nodes_b, nodes_b.view(np.int32), corners_b)
     if stop < 0.0:
         guess(
-            nodes_a, corners_a, 0, nodes_b, corners_b, 0,
-            pair, b_is_world, relation, stack, bounds, gaps, answer,
+            tree_a, 0, T_a, tree_b, 0, T_b, b_is_world, relation, scratch, answer
         )  # fmt: skip
     approach(
-        nodes_a, corners_a, 0, nodes_b, corners_b, 0,
-        pair, b_is_world, relation, scale, cutoff, stop, stack, bounds, gaps, answer,
+        tree_a, 0, T_a, tree_b, 0, T_b, b_is_world,
+        relation, scale, cutoff, stop, scratch, answer,
     )  # fmt: skip
     return answer
 

@@ -12,19 +12,17 @@ from borecheck.bvh_boxes import (
     INLINE,
     KERNEL,
     PAIR_SHAPE,
-    PLACE_A,
-    PLACE_B,
     RELATION_SHAPE,
     child_box,
-    copy_placement,
     is_identity,
     is_rigid,
-    mark_overlaps,
     relate,
     relate_back,
     roots_apart,
+    set_probe,
 )
 from borecheck.bvh_build import CHILD_ROW, F32, WIDTH
+from borecheck.bvh_lanes import PROBE_COLUMNS, overlap_mask
 from borecheck.narrowphase import leaf
 from borecheck.placing import place_triangle
 from borecheck.triangle_contact import triangle_row
@@ -40,45 +38,32 @@ _FIRST_CAPACITY = 64
 
 @njit(**INLINE)
 def walk(  # type: ignore[no-untyped-def]
-    nodes_a,
-    corners_a,
-    root_a,
-    nodes_b,
-    corners_b,
-    root_b,
-    pair,
-    b_is_world,
-    relation,
-    code,
-    task,
-    stack,
-    flags,
-    found,
-):
+    tree_a, root_a, T_a, tree_b, root_b, T_b, b_is_world,
+    relation, code, task, stack, probe, found,
+):  # fmt: skip
     """One mesh against another, their relation given.
 
     Args:
-        nodes_a: Tree nodes of a (a pool may hold several trees).
-        corners_a: Triangles of a in the order of its leaves, (m, 9).
-        root_a: Node 0 of the tree of a in its pool.
-        nodes_b: Tree nodes of b.
-        corners_b: Triangles of b.
+        tree_a: Nodes of a, their int32 view, and corners (m, 9) in the order of the
+            leaves. The arrays may hold several trees.
+        root_a: Node 0 of the tree of a.
+        T_a: Placement of a.
+        tree_b: As tree_a.
         root_b: Node 0 of the tree of b.
-        pair: Placements of both, see `borecheck.bvh_boxes`.
-        b_is_world: Whether the placement of b is the identity.
-        relation: Both rows filled.
+        T_b: Placement of b.
+        b_is_world: Whether that is the identity.
+        relation: Both rows filled, see `bvh_boxes`.
         code: The narrowphase.
         task: FIRST, ALL or BOXES.
         stack: (k, 2) int64, deep enough for both trees.
-        flags: (8,) uint8 scratch.
+        probe: (19,) float32 scratch.
         found: (k, 2) int64, grown when full.
 
     Returns:
         Number of pairs found, number of leaf pairs examined, pairs of leaves.
     """
-    children_a, children_b = nodes_a.view(np.int32), nodes_b.view(np.int32)
-    any_flag = flags.view(np.uint64)
-    T_a, T_b = pair[PLACE_A], pair[PLACE_B]
+    nodes_a, children_a, corners_a = tree_a
+    nodes_b, children_b, corners_b = tree_b
     placed, alpha = -1, _NO_TRIANGLE
     count, examined = 0, 0
     stack[0, 0], stack[0, 1] = 8 * root_a, 8 * root_b
@@ -112,17 +97,19 @@ def walk(  # type: ignore[no-untyped-def]
         size_b = max(box_b[3], max(box_b[4], box_b[5]))
         # The larger box is opened; a triangle cannot be.
         if node_a < 0 or (node_b >= 0 and size_b >= size_a):
-            mark_overlaps(nodes_b, node_b, box_a, relation, 0, flags)
-            if any_flag[0] != 0:
+            set_probe(box_a, relation, 0, probe)
+            mask = overlap_mask(nodes_b, node_b, probe)
+            if mask != 0:
                 for i in range(WIDTH):
                     stack[top, 0], stack[top, 1] = a, 8 * node_b + i
-                    top += flags[i]
+                    top += (mask >> i) & 1
         else:
-            mark_overlaps(nodes_a, node_a, box_b, relation, 1, flags)
-            if any_flag[0] != 0:
+            set_probe(box_b, relation, 1, probe)
+            mask = overlap_mask(nodes_a, node_a, probe)
+            if mask != 0:
                 for i in range(WIDTH):
                     stack[top, 0], stack[top, 1] = 8 * node_a + i, b
-                    top += flags[i]
+                    top += (mask >> i) & 1
     return count, examined, found
 
 
@@ -134,44 +121,36 @@ def _grown(found):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def stack_room(depth_a, depth_b):  # type: ignore[no-untyped-def]
-    """Entries a walk can need: each opening takes one and leaves at most eight."""
-    return (WIDTH - 1) * (depth_a + depth_b) + 2 * WIDTH
+def stack_room(depths):  # type: ignore[no-untyped-def]
+    """Entries a walk can need, from the depths of both trees together.
+
+    Each opening takes one and leaves at most eight; eight more are written ahead.
+    """
+    return (WIDTH - 1) * depths + 2 * WIDTH
 
 
 @njit(**KERNEL)
 def search(  # type: ignore[no-untyped-def]
-    nodes_a,
-    corners_a,
-    frame_a,
-    T_a,
-    nodes_b,
-    corners_b,
-    frame_b,
-    T_b,
-    depths,
-    code,
-    task,
-    inflate,
-):
+    nodes_a, corners_a, frame_a, T_a, nodes_b, corners_b, frame_b, T_b,
+    depths, code, task, inflate,
+):  # fmt: skip
     """Two single trees; see `walk` for arguments and results."""
-    pair = np.zeros(PAIR_SHAPE)
-    relation = np.zeros(RELATION_SHAPE, F32)
     found = np.zeros((_FIRST_CAPACITY, 2), np.int64)
     if not is_rigid(T_a):
         return BAD_A, 0, found
     if not is_rigid(T_b):
         return BAD_B, 0, found
-    copy_placement(T_a, pair, PLACE_A)
-    copy_placement(T_b, pair, PLACE_B)
+    pair, relation = np.zeros(PAIR_SHAPE), np.zeros(RELATION_SHAPE, F32)
     b_is_world = is_identity(T_b)
-    relate(pair, b_is_world, frame_a, frame_b, inflate, relation)
+    relate(T_a, T_b, b_is_world, frame_a, 0, frame_b, 0, inflate, pair, relation)
     if roots_apart(nodes_a, 0, nodes_b, 0, relation):
         return 0, 0, found
     relate_back(pair, relation)
-    stack = np.zeros((stack_room(depths, 0), 2), np.int64)
-    flags = np.zeros(WIDTH, np.uint8)
+    stack = np.zeros((stack_room(depths), 2), np.int64)
+    probe = np.zeros(PROBE_COLUMNS, F32)
+    tree_a = (nodes_a, nodes_a.view(np.int32), corners_a)
+    tree_b = (nodes_b, nodes_b.view(np.int32), corners_b)
     return walk(
-        nodes_a, corners_a, 0, nodes_b, corners_b, 0,
-        pair, b_is_world, relation, code, task, stack, flags, found,
+        tree_a, 0, T_a, tree_b, 0, T_b, b_is_world,
+        relation, code, task, stack, probe, found,
     )  # fmt: skip
