@@ -1,0 +1,283 @@
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from borecheck.cli import join_signed, main
+from borecheck.mesh_file import write_stl
+from borecheck.primitives import box
+
+ROBOT = str(Path(__file__).parent / "data" / "robots" / "two_link.urdf")
+PLANS = Path(__file__).parents[1] / "urdf" / "zerobot" / "examples" / "plans.csv"
+
+
+@pytest.fixture
+def block(tmp_path):
+    """A block 200 mm wide, 50 mm beside the arm."""
+    path = tmp_path / "block.stl"
+    write_stl(path, box("block", (0.2, 0.2, 0.2)))
+    return f"{path}:m@0.2,0,0.6"
+
+
+def run(capsys, *words):
+    status = main(list(map(str, words)))
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def check_refused(capsys, *words, saying=""):
+    """One line on standard error, exit status 2, nothing on standard output."""
+    status, out, err = run(capsys, *words)
+    lines = [line for line in err.splitlines() if "compiling" not in line]
+    assert status == 2
+    assert out == ""
+    assert len(lines) == 1, err
+    assert lines[0].startswith("borecheck: error: ")
+    assert "Traceback" not in err
+    assert saying in lines[0]
+
+
+def test_signed_values_are_no_options():
+    words = ["check", "--q", "-0.1,0", "--mount", "-90", "--format", "json"]
+    joined = ["check", "--q=-0.1,0", "--mount=-90", "--format", "json"]
+    assert join_signed(words) == joined
+
+
+def test_check_clear_contact_and_margin(capsys, block):
+    assert run(capsys, "check", ROBOT, block, "--q", "0")[0] == 0
+    status, out, _ = run(capsys, "check", ROBOT, block, "--q", "j=20deg")
+    assert status == 1
+    assert out.startswith("CONTACT: arm meets block")
+    status, out, _ = run(capsys, "check", ROBOT, block, "--q", "0", "--margin", "60mm")
+    assert status == 1
+    assert "within_margin" in out
+
+
+def test_json_holds_the_contract(capsys, block):
+    status, out, _ = run(capsys, "check", ROBOT, block, "--q=0", "--format", "json")
+    document = json.loads(out)
+    assert status == 0
+    for key in (
+        "schema_version",
+        "verdict",
+        "reason",
+        "qualifiers",
+        "checker",
+        "pruning",
+        "margin_m",
+        "margin_kind",
+        "clearance_m",
+        "closest",
+        "contacts",
+        "self_contacts",
+        "contained",
+        "not_modelled",
+        "pairs_examined",
+        "pairs_pruned",
+        "seconds",
+    ):
+        assert key in document
+    assert document["clearance_m"] == pytest.approx(0.05, abs=1e-4)
+    assert set(document["closest"]) >= {"link", "obstacle", "points"}
+
+
+def test_a_sampled_path_is_never_clear(capsys, block, tmp_path):
+    path = tmp_path / "path.csv"
+    path.write_text("j\n0\n-0.5\n")
+    words = ("check", ROBOT, block, "--path", path, "--no-certificate")
+    status, out, _ = run(capsys, *words, "--format", "json")
+    document = json.loads(out)
+    assert status == 2
+    assert document["verdict"] == "unknown"
+    assert "not certified between" in document["reason"]
+    assert document["path"]["certified"] is False
+    assert document["path"]["sampled_clear"] == document["path"]["samples"] == 41
+
+
+def test_a_path_into_the_block(capsys, block, tmp_path):
+    path = tmp_path / "path.csv"
+    path.write_text("j\n-0.5\n0.5\n")
+    status, out, _ = run(capsys, "check", ROBOT, block, "--path", path, "--format=json")
+    document = json.loads(out)
+    assert status == 1
+    assert 0.5 < document["path"]["first_contact"] < 0.7
+    verdicts = [i["verdict"] for i in document["path"]["intervals"]]
+    assert "contact" in verdicts
+
+
+@pytest.mark.parametrize(
+    ("words", "saying"),
+    [
+        (("check", "zerobott", "ct_gantry", "--q", "home"), "did you mean 'zerobot'"),
+        (("check", "zerobot", "ct_gantri", "--q", "home"), "ct_gantri"),
+        (("check", ROBOT, "BLOCK", "--q", "3"), "is outside [-2, 2]"),
+        (("check", ROBOT, "BLOCK", "--q", "0,0"), "1 values in the order j"),
+        (("check", ROBOT, "BLOCK", "--q", "elbow=1"), "unknown joint 'elbow'"),
+        (("check", ROBOT, "BLOCK", "--q", "j=20mm"), "unit 'mm' is none of"),
+        (("check", ROBOT, "BLOCK", "--q", "0", "--checker", "fcl"), "unknown checker"),
+        (("check", ROBOT, "BLOCK", "--q", "0", "--margin", "-1mm"), "margin"),
+        (("check", ROBOT, "nothing.stl", "--q", "0"), "there is no such file"),
+        (("check", ROBOT, "FOLDER", "--q", "0"), "is a directory"),
+        (("check", ROBOT, "EMPTY.stl", "--q", "0"), "is empty"),
+        (("check", ROBOT, "SHORT.stl", "--q", "0"), "SHORT.stl"),
+        (("check", ROBOT, "NAN.obj", "--q", "0"), "not finite"),
+        (("check", ROBOT, "BIG.stl:m", "--q", "0"), "1000 times too large"),
+        (("check", ROBOT, "BLOCK", "--path", "EMPTY.csv"), "is empty"),
+        (("check", ROBOT, "BLOCK", "--path", "OTHER.csv"), "unknown joint 'k'"),
+        (("check", "zerobot", "ct_gantry", "--plan", "SWAPPED.csv"), "SWAPPED.csv"),
+        (("check", "zerobot", "ct_gantry", "--plan", "POINT.csv"), "POINT.csv"),
+        (("check", "zerobot", "ct_gantry", "--plan", "MM.csv"), "MM.csv"),
+        (("check", "zerobot", "ct_gantry", "--q", "home", "--arg", "arm=2"), "arm"),
+        (("check", "zerobot", "ct_gantry", "--q", "home", "--mount", "45"), "mount"),
+        (("check", "BROKEN.xacro", "BLOCK", "--q", "0"), "BROKEN.xacro"),
+        (("check", ROBOT, "BLOCK", "--q", "0", "--out", "no/where.json"), "no folder"),
+    ],
+)
+def test_bad_input_is_one_clear_line(
+    capsys, block, tmp_path, monkeypatch, words, saying
+):
+    monkeypatch.chdir(tmp_path)
+    header = "name,entry_x,entry_y,entry_z,target_x,target_y,target_z\n"
+    (tmp_path / "FOLDER").mkdir()
+    (tmp_path / "EMPTY.stl").touch()
+    (tmp_path / "EMPTY.csv").touch()
+    whole = (tmp_path / "block.stl").read_bytes()
+    (tmp_path / "SHORT.stl").write_bytes(whole[:300])
+    (tmp_path / "NAN.obj").write_text("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    write_stl(tmp_path / "BIG.stl", box("big", (400.0, 300.0, 600.0)))
+    (tmp_path / "OTHER.csv").write_text("k\n0\n")
+    swapped = "entry_x,entry_y,entry_z,name,target_x,target_y,target_z\n"
+    (tmp_path / "SWAPPED.csv").write_text(swapped + "liver,0,0,0.1,0,0,0.05\n")
+    (tmp_path / "POINT.csv").write_text(header + "a,0,0,0.1,0,0,0.1\n")
+    (tmp_path / "MM.csv").write_text(header + "a,0,0,100,0,0,50\n")
+    (tmp_path / "BROKEN.xacro").write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="b">'
+        "<link name='${nothing}'/></robot>"
+    )
+    files = set(tmp_path.iterdir())
+    words = [block if word == "BLOCK" else word for word in words]
+    check_refused(capsys, *words, saying=saying)
+    assert set(tmp_path.iterdir()) == files
+
+
+@pytest.mark.skipif(os.getuid() == 0, reason="root may read and write everything")
+def test_no_permission(capsys, block, tmp_path):
+    locked = tmp_path / "locked.stl"
+    locked.write_bytes((tmp_path / "block.stl").read_bytes())
+    locked.chmod(0)
+    check_refused(capsys, "check", ROBOT, locked, "--q", "0", saying="permission")
+
+
+def test_compare_explains_a_coarse_wall(capsys, tmp_path):
+    wall = tmp_path / "wall.obj"
+    wall.write_text("v 0.03 -9 -9\nv 0.03 9 -9\nv 0.03 0 9\nf 1 2 3\n")
+    dump = tmp_path / "dump.json"
+    words = ("compare", ROBOT, f"{wall}:m", "--q", "0")
+    status, out, _ = run(capsys, *words, "--out", dump, "--format", "json")
+    document = json.loads(out)
+    assert status == 0
+    contact = {
+        name: bool(c["contact_poses"]) for name, c in document["checkers"].items()
+    }
+    assert contact == {
+        "exact": True,
+        "paper:robot": False,
+        "paper:scanner": True,
+        "two-sided": True,
+        "coal": True,
+    }
+    assert document["disagreements"]
+    assert {d["cause"] for d in document["disagreements"]} == {"one-sided test"}
+    status, out, _ = run(capsys, "compare", ROBOT, wall, "--replay", dump)
+    assert status == 0
+    assert "one-sided test" in out
+
+
+def test_fk_agrees_and_says_so(capsys):
+    status, out, _ = run(
+        capsys, "fk", "zerobot", "--random", "20", "--seed", "1", "--format", "json"
+    )
+    document = json.loads(out)
+    assert status == 0
+    assert document["worst"]["position_m"] < 1e-9
+    assert set(document["frames"]["E"]) == {"analytic", "pinocchio", "yourdfpy"}
+    assert document["parameters"]["l1"] == 0.9
+
+
+def test_robots_lists_joints_in_the_order_of_q(capsys):
+    status, out, _ = run(capsys, "robots", "--format", "json")
+    robots = {robot["name"]: robot for robot in json.loads(out)["robots"]}
+    assert status == 0
+    joints = [joint["name"] for joint in robots["zerobot"]["joints"]]
+    assert joints == ["q1", "q2", "q3", "q4", "q5", "q6"]
+
+
+def test_plans_with_the_contract_keys(capsys):
+    words = ("check", "zerobot", "ct_gantry", "--plan", PLANS, "--samples", "5")
+    status, out, _ = run(capsys, *words, "--no-certificate", "--format", "json")
+    document = json.loads(out)
+    assert status == 1
+    assert len(document["plans"]) >= 6
+    verdicts = {plan["verdict"] for plan in document["plans"]}
+    assert "contact" in verdicts
+
+
+def test_interrupted_plans_keep_what_is_finished(capsys, monkeypatch):
+    from borecheck.commands import check
+
+    finished = []
+    real = check._one_plan
+
+    def second_is_interrupted(*args):
+        if finished:
+            raise KeyboardInterrupt
+        finished.append(real(*args))
+        return finished[-1]
+
+    monkeypatch.setattr(check, "_one_plan", second_is_interrupted)
+    words = ("check", "zerobot", "ct_gantry", "--plan", PLANS, "--samples", "2")
+    status, out, _ = run(capsys, *words, "--no-certificate", "--format", "json")
+    document = json.loads(out)
+    assert status == 130
+    assert document["interrupted"] is True
+    assert len(document["plans"]) == 1
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys\n"
+        "from borecheck.cli import main\n"
+        "try: main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numpy','numba','pinocchio','coal','trimesh','yourdfpy','scipy'}\n"
+        "sys.exit(','.join(heavy & set(sys.modules)) or 0)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "check" in done.stdout
+
+
+def test_check_imports_neither_trimesh_nor_yourdfpy(block):
+    code = (
+        "import sys\n"
+        "from borecheck.cli import main\n"
+        f"assert main(['check', {ROBOT!r}, {block!r}, '--q', '0']) == 0\n"
+        "sys.exit(','.join({'trimesh','yourdfpy'} & set(sys.modules)) or 0)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_out_is_the_same_document(capsys, block, tmp_path):
+    out_file = tmp_path / "result.json"
+    words = ("check", ROBOT, block, "--q", "0", "--out", out_file, "--format", "json")
+    _, out, _ = run(capsys, *words)
+    stored = json.loads(out_file.read_text())
+    display = stored.pop("display")
+    assert stored == json.loads(out)
+    assert [link["name"] for link in display["links"]] == ["base", "arm"]
+    assert np.array(display["motions"][0]["placements"][0]["arm"]).shape == (12,)
