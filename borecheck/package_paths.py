@@ -69,6 +69,7 @@ def resolve(
         The resolution; its path exists and is a regular file, or it is None.
     """
     text = reference.strip()
+    base, roots = base.absolute(), [Path(root).absolute() for root in roots]
     scheme, mark, rest = text.partition("://")
     if not mark or scheme not in ("package", "model", "file"):
         if mark and "/" not in scheme:
@@ -156,7 +157,9 @@ def _bound(base: Path) -> Path:
     return above[min(RELATIVE_LEVELS_UP, len(above) - 1)]
 
 
-def _choose(reference: str, candidates: Sequence[tuple[Path, Path | None]]) -> Resolution:
+def _choose(
+    reference: str, candidates: Sequence[tuple[Path, Path | None]]
+) -> Resolution:
     tried: list[Path] = []
     for path, bound in candidates:
         path = Path(os.path.normpath(path))

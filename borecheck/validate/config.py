@@ -86,17 +86,18 @@ def _settings(table: dict[str, Any], path: Path) -> Settings:
         if key not in KEYS:
             raise InputError(path, str(UnknownNameError("setting", key, KEYS)))
         if key in _TABLES:
-            entries = value if isinstance(value, list) else [value]
+            entries: list[Any] = value if isinstance(value, list) else [value]
             declared[key] = tuple(_record(_TABLES[key], e, key, path) for e in entries)
         elif key == "per-file-ignore":
-            ignored = {str(k): tuple(map(str, v)) for k, v in value.items()}
+            rules: dict[str, Any] = _checked("arg", value, path)
+            ignored = {str(k): tuple(map(str, v)) for k, v in rules.items()}
         else:
             values[key] = _checked(key, value, path)
     return Settings(values, declared, ignored, path)
 
 
 def _record(kind: type, entry: object, key: str, path: Path) -> Any:
-    names = [f.name for f in fields(kind)]  # type: ignore[arg-type]
+    names = [f.name for f in fields(kind)]
     if not isinstance(entry, dict):
         raise InputError(path, f"{key} is a list of tables with {', '.join(names)}")
     unknown = set(entry) - set(names)
@@ -113,7 +114,8 @@ def _checked(key: str, value: Any, path: Path) -> Any:
     kinds: dict[str, type] = dict.fromkeys(_LISTS, list)
     kinds |= dict.fromkeys(_WORDS, str) | dict.fromkeys(_SWITCHES, bool)
     kinds |= dict.fromkeys(_NUMBERS, int) | {"arg": dict}
-    if type(value) is not kinds[key]:
+    is_wrong = type(value) is not kinds[key]
+    if is_wrong:
         raise InputError(path, f"{key} = {value!r} is no {kinds[key].__name__}")
     if key == "package-path":
         return [str(path.parent / entry) for entry in value]

@@ -83,7 +83,10 @@ def fixed_text(raw: bytes, robot: Robot, edits: Sequence[Edit]) -> bytes:
         tag = result[start:end].decode("utf-8")
         pattern = rf"(\s){re.escape(edit.attribute)}(\s*=\s*)(\"[^\"]*\"|'[^']*')"
         new = f'{edit.name}="{edit.value}"'
-        changed = re.sub(pattern, lambda m, new=new: m[1] + new, tag, count=1)
+        match = re.search(pattern, tag)
+        if match is None:
+            continue  # written in a way that is better mended by hand
+        changed = tag[: match.start()] + match[1] + new + tag[match.end() :]
         result = result[:start] + changed.encode() + result[end:]
     return result
 

@@ -105,6 +105,7 @@ def check(
 def all_checks() -> tuple[Check, ...]:
     """Every check, by code."""
     from borecheck.validate import (  # noqa: F401  importing enters the checks
+        centres,
         document,
         geometry,
         inertia,
@@ -116,6 +117,7 @@ def all_checks() -> tuple[Check, ...]:
         names,
         numbers,
         running,
+        self_contact,
         sidecars,
         spelling,
         tree,

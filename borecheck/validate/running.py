@@ -189,11 +189,15 @@ def joint_moves_nothing(robot: Robot) -> Iterator[Hit]:
     """
     if not any(link.shapes for link in robot.links):
         return
+    ends = {end for loop in robot.options.loops for end in (loop.first, loop.second)}
     for joint in robot.joints:
         child = joint.child
         if not joint.moves or child not in robot.link_named:
             continue
-        if not any(robot.link_named[name].shapes for name, _ in robot.below(child)):
+        below = [name for name, _ in robot.below(child)]
+        if ends & set(below):
+            continue
+        if not any(robot.link_named[name].shapes for name in below):
             yield Hit(joint.element, f"joint {joint.name!r} moves no geometry")
 
 
