@@ -37,7 +37,7 @@ def gantry(radius: float, depth: float, around: int, edge: float) -> TriangleMes
         around: Points around the bore, a multiple of 8.
         edge: Longest step from ring to ring, about, [m].
     """
-    angles = np.arange(around) * (2.0 * pi / around)
+    angles = np.arange(around, dtype=np.float64) * (2.0 * pi / around)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
     outline = circle * _housing_reach(angles)[:, None]
     half = _half_section(radius, depth / 2.0, circle, outline, edge)
@@ -69,7 +69,7 @@ def _half_section(
 def _run(start: float, stop: float, step: float, least: int = 2) -> Array:
     """Even steps, `least` or more, from start up to, and without, stop."""
     count = max(least, round(abs(stop - start) / step))
-    return start + np.arange(count) * ((stop - start) / count)
+    return np.linspace(start, stop, count, endpoint=False)
 
 
 def _ring(x: float, across: Array) -> Array:
@@ -78,7 +78,7 @@ def _ring(x: float, across: Array) -> Array:
 
 def _housing_reach(angles: Array) -> Array:
     """Distance from the bore's axis to the outside of the housing, [m]."""
-    height = np.where(np.sin(angles) < 0.0, *HALF_HEIGHT)
+    height: Array = np.where(np.sin(angles) < 0.0, *HALF_HEIGHT)
     share = np.abs(np.cos(angles)) / HALF_WIDTH, np.abs(np.sin(angles)) / height
     m = HOUSING_EXPONENT
     reach: Array = (share[0] ** m + share[1] ** m) ** (-1.0 / m)

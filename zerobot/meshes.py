@@ -42,7 +42,7 @@ class Level:
 
 LEVELS = {
     "coarse": Level(Detail(inf, 8, 1), Detail(inf, 8, 1), Detail(inf, 6, 1)),
-    "middle": Level(Detail(0.06, 20, 2), Detail(0.015, 14, 2), Detail(0.003, 6, 1)),
+    "middle": Level(Detail(0.06, 20, 2), Detail(0.014, 12, 2), Detail(0.003, 6, 1)),
     "fine": Level(Detail(0.0215, 48, 4), Detail(0.006, 28, 3), Detail(0.001, 10, 1)),
 }
 
