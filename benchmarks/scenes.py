@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.mesh import TriangleMesh
+from borecheck.motion_bounds import TURNS, Chain
+from borecheck.path_search import Body, PathProblem
 from borecheck.se3 import axis_rotation
 
 Array = NDArray[np.float64]
@@ -193,3 +195,29 @@ def _evenly_spaced(polygon: Array, count: int) -> Array:
     )
     at = np.linspace(0.0, along[-1], count, endpoint=False)
     return np.column_stack([np.interp(at, along, closed[:, k]) for k in range(2)])
+
+
+def arm_chain(foot: Array = FOOT) -> Chain:
+    """The joints of the arm; frame k is that of link k."""
+    count = len(LINKS)
+    origin = np.tile(np.eye(4), (count, 1, 1))
+    origin[0] = np.diag([1.0, -1.0, -1.0, 1.0])
+    origin[0, :3, 3] = foot
+    for k in range(1, count):
+        origin[k, 2, 3] = LINKS[k - 1][2]
+    return Chain(
+        parent=np.arange(count) - 1,
+        origin=origin,
+        kind=np.full(count, TURNS),
+        axis=np.array(AXES),
+        source=np.arange(count),
+        factor=np.ones(count),
+        offset=np.zeros(count),
+    )
+
+
+def path_problem(scene: Scene, foot: Array = FOOT, margin: float = 0.0) -> PathProblem:
+    """Every link of the arm against the gantry."""
+    parts = tuple(Body(m.name, m, k) for k, m in enumerate(scene.links))
+    obstacle = Body(scene.gantry.name, scene.gantry)
+    return PathProblem(arm_chain(foot), parts, (obstacle,), margin=margin)
