@@ -1,0 +1,70 @@
+import json
+
+import numpy as np
+import pytest
+
+import borecheck as bc
+from borecheck.comparison import to_json
+from borecheck.errors import JointLimitError, UsageError
+from borecheck.pair_search import CHECKERS
+
+KNOWN_CAUSES = {
+    "one-sided test",
+    "touching",
+    "coplanar",
+    "zero-area",
+    "rounding",
+    "Coal tolerance",
+}
+
+
+@pytest.fixture(scope="module")
+def random_comparison(zerobot, ct_gantry):
+    rng = np.random.default_rng(7)
+    qs = zerobot.model.random_configurations(rng, 12)
+    return bc.compare(zerobot, ct_gantry, qs)
+
+
+def test_premise_some_poses_touch_and_some_do_not(random_comparison):
+    in_contact = random_comparison.checkers["exact"].contact_poses
+    assert 3 <= len(in_contact) <= 11
+
+
+def test_every_disagreement_has_a_known_cause(random_comparison):
+    assert random_comparison.disagreements
+    for found in random_comparison.disagreements:
+        assert found.cause is not None
+        assert set(found.cause.split(", ")) <= KNOWN_CAUSES
+
+
+def test_exact_two_sided_and_coal_see_the_same_pairs(random_comparison):
+    counts = {n: c.triangle_pairs for n, c in random_comparison.checkers.items()}
+    assert counts["exact"] == counts["two-sided"] == counts["coal"] > 100
+    assert counts["paper:robot"] < counts["exact"]
+
+
+def test_pruning_changes_nothing(zerobot, ct_gantry):
+    rng = np.random.default_rng(8)
+    qs = zerobot.model.random_configurations(rng, 2)
+    found = {p: bc.compare(zerobot, ct_gantry, qs, pruning=p) for p in ("coal", "bvh")}
+    counts = {
+        p: {n: c.triangle_pairs for n, c in result.checkers.items()}
+        for p, result in found.items()
+    }
+    assert counts["coal"] == counts["bvh"]
+    assert found["coal"].disagreements == found["bvh"].disagreements
+
+
+def test_the_document_is_plain_json(random_comparison):
+    document = json.loads(json.dumps(to_json(random_comparison), allow_nan=False))
+    assert len(document["poses"]) == 12
+    assert set(document["checkers"]) == set(CHECKERS)
+    first = document["disagreements"][0]
+    assert np.array(first["corners"]).shape == (2, 3, 3)
+
+
+def test_refusals(zerobot, ct_gantry):
+    with pytest.raises(UsageError):
+        bc.compare(zerobot, ct_gantry, np.zeros((0, 6)))
+    with pytest.raises(JointLimitError):
+        bc.compare(zerobot, ct_gantry, [[9.0, 0, 0, 0, 0, 0]])
