@@ -92,12 +92,12 @@ def chebyshev_distance(a: Triangle, b: Triangle) -> float:
     for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)):
         best = max(best, _gap(axis, a1, a2, a3, b1, b2, b3))
         for edge in (u1, u2, u3, v1, v2, v3):
-            best = max(best, _gap(_cross(axis, edge), a1, a2, a3, b1, b2, b3))
+            best = max(best, _gap(_sharp_cross(axis, edge), a1, a2, a3, b1, b2, b3))
     for u in (u1, u2, u3):
         for v in (v1, v2, v3):
-            best = max(best, _gap(_cross(u, v), a1, a2, a3, b1, b2, b3))
-    best = max(best, _gap(_cross(u1, u2), a1, a2, a3, b1, b2, b3))
-    return max(best, _gap(_cross(v1, v2), a1, a2, a3, b1, b2, b3))
+            best = max(best, _gap(_sharp_cross(u, v), a1, a2, a3, b1, b2, b3))
+    best = max(best, _gap(_sharp_cross(u1, u2), a1, a2, a3, b1, b2, b3))
+    return max(best, _gap(_sharp_cross(v1, v2), a1, a2, a3, b1, b2, b3))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

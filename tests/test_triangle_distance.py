@@ -205,6 +205,32 @@ def test_distance_in_axes_is_the_linear_programme(disjoint):
         assert chebyshev_distance(a, b) == pytest.approx(expected, abs=LP_TOLERANCE)
 
 
+def test_distance_in_axes_is_within_the_stated_error(disjoint):
+    for a, b in tuples(*disjoint):
+        error = abs(Fraction(chebyshev_distance(a, b)) - rational_in_axes(a, b))
+        assert error <= DISTANCE_ERROR / 2.0 * size_of(a, b)
+
+
+def rational_in_axes(a, b):
+    """The same candidate directions as the kernel's, without rounding."""
+    a, b = ([[Fraction(x) for x in t[i : i + 3]] for i in (0, 3, 6)] for t in (a, b))
+    axes = [[Fraction(i == k) for i in range(3)] for k in range(3)]
+    edges = [[minus(t[i], t[i - 1]) for i in range(3)] for t in (a, b)]
+    crossed = [*product(axes, edges[0] + edges[1]), *product(*edges)]
+    crossed += [tuple(edges[0][:2]), tuple(edges[1][:2])]
+    best = Fraction(0)
+    for w in axes + [cross(u, v) for u, v in crossed]:
+        norm = sum(map(abs, w))
+        if norm:
+            s, t = [dot(w, p) for p in a], [dot(w, p) for p in b]
+            best = max(best, (min(t) - max(s)) / norm, (min(s) - max(t)) / norm)
+    return best
+
+
+def cross(u, v):
+    return [u[i - 2] * v[i - 1] - u[i - 1] * v[i - 2] for i in range(3)]
+
+
 def chebyshev_programme(alpha, beta):
     """Least t with |x - y| <= t per axis; x, y convex combinations of the corners."""
     offset = alpha[0].copy()
