@@ -64,3 +64,51 @@ def test_nothing_found_when_far_apart(meshes):
 def test_unknown_name_lists_the_known_ones():
     with pytest.raises(UnknownNameError, match="paper:robot"):
         narrowphase_code("paper")
+
+
+def found_by(robot, scanner):
+    return {
+        name: len(all_contacts(code, robot, scanner)) > 0
+        for name, code in NARROWPHASES.items()
+    }
+
+
+def closed(corners, faces):
+    return np.array(corners, dtype=float)[np.array(faces)].reshape(-1, 9)
+
+
+def spike(tip, base):
+    """A closed, pointed tetrahedron."""
+    x, y, z = base
+    corners = [tip, [x + 5e-4, y, z], [x - 5e-4, y + 5e-4, z], [x - 5e-4, y - 5e-4, z]]
+    return closed(corners, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+
+
+def wall(size):
+    """A closed slab of twelve triangles, its top at z = 0."""
+    corners = [
+        [x * size, y * size, z] for z in (-0.3, 0.0) for y in (-1, 1) for x in (-1, 1)
+    ]
+    quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2]]
+    quads += [[1, 3, 7, 5]]
+    return closed(corners, [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+
+
+def test_needle_in_a_coarse_wall_is_lost_with_the_robot_as_alpha():
+    needle = spike((0.2, 0.1, -0.005), (0.2, 0.1, 0.15))
+    assert found_by(needle, wall(1.0)) == {
+        "paper:robot": False,
+        "paper:scanner": True,
+        "two-sided": True,
+        "exact": True,
+    }
+
+
+def test_scanner_corner_in_a_robot_plate_is_lost_with_the_scanner_as_alpha():
+    corner = spike((0.05, 0.02, -0.005), (0.05, 0.02, 0.15))
+    assert found_by(wall(0.2), corner) == {
+        "paper:robot": True,
+        "paper:scanner": False,
+        "two-sided": True,
+        "exact": True,
+    }
