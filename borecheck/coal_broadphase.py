@@ -68,7 +68,7 @@ class PatchSide:
         patch_size: Triangles per patch, at most.
     """
 
-    def __init__(self, meshes: Sequence[TriangleMesh], patch_size: int = 32) -> None:
+    def __init__(self, meshes: Sequence[TriangleMesh], patch_size: int = 16) -> None:
         import coal
 
         if not meshes:
@@ -126,7 +126,10 @@ class PatchSide:
 
         box = coal.Box(2.0 * _grown(patches.half_sides[patch]))
         box.computeLocalAABB()
-        thing = coal.CollisionObject(box)
+        # placed before it is registered: a tree of boxes that are all at the origin is
+        # a list, and building it takes minutes
+        own = coal.Transform3s(patches.axes[patch], patches.centers[patch])
+        thing = coal.CollisionObject(box, own)
         self.of_id[thing.collisionGeometry().id()] = (mesh, patch)
         self.manager.registerObject(thing)
         return thing
@@ -157,7 +160,7 @@ class PatchBroadphase:
         self,
         meshes_a: Sequence[TriangleMesh],
         meshes_b: Sequence[TriangleMesh],
-        patch_size: int = 32,
+        patch_size: int = 16,
     ) -> None:
         self.a = PatchSide(meshes_a, patch_size)
         self.b = PatchSide(meshes_b, patch_size)

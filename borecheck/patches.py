@@ -48,7 +48,7 @@ class Patches:
         return self.triangle_order[self.offsets[patch] : self.offsets[patch + 1]]
 
 
-def cut(mesh: TriangleMesh, size: int = 32) -> Patches:
+def cut(mesh: TriangleMesh, size: int = 16) -> Patches:
     """Patches of at most `size` triangles by halving at the median centroid.
 
     Every triangle is in exactly one patch. Each half is cut across its longest side;
