@@ -58,7 +58,8 @@ def test_a_wide_gap_that_coal_reports_has_no_excuse():
 
 
 def test_a_plain_contact_that_two_sided_misses_has_no_excuse():
-    aside = SPIKE + [0.01, 0.02, 0.0]  # off the plate's axis no determinant is 0
+    # in general position no determinant is 0
+    aside = SPIKE + [[0.01, 0.02, 0.0], [0.011, 0.021, 0.0], [0.012, 0.025, 0.01]]
     verdicts = dict.fromkeys(verdicts_of(aside, PLATE), True)
     verdicts["two-sided"] = False
     assert cause_of(aside, PLATE, verdicts) == (True, None)
