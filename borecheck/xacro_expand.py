@@ -5,6 +5,7 @@ The `xacro` package does the expanding. Around it this module puts its own searc
 """
 
 import io
+import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr
@@ -277,10 +278,10 @@ def _parser(run: _Run) -> Callable[..., Any]:
             if not run.files:
                 raise
             raise _missing_include(error) from error
-        run.files.append(Path(filename))
+        run.files.append(Path(os.path.normpath(filename)))
         document = _marked_document(data, len(run.files) - 1, Path(filename))
         for node in document.getElementsByTagName("xacro:arg"):
-            run.declared.setdefault(node.getAttribute("name"), Path(filename))
+            run.declared.setdefault(node.getAttribute("name"), run.files[-1])
         return document
 
     return parse

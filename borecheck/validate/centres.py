@@ -216,14 +216,12 @@ def _fixed_point(
 
 def _is_remote(robot: Robot, motion: Motion, fixed: Fixed) -> bool:
     """Whether the point lies outside of the links about it: no wrist, no hip."""
-    names = [j.name for j in motion.joints_to(fixed.frame)]
-    begin = names.index(fixed.joints[0])
-    around = motion.joints_to(fixed.frame)[begin:]
-    links = {around[0].parent or "", *(joint.child or "" for joint in around)}
+    first = robot.joint_named[fixed.joints[0]].parent or motion.root
     middle = {name: 0.5 * (low + high) for name, (low, high) in motion.ranges.items()}
     placed = motion.placements(motion.positions(middle))
     point = placed[fixed.frame] @ np.append(fixed.point, 1.0)
-    extents = [(n, link_extent(robot, robot.link_named[n])) for n in sorted(links)]
+    around = [first, *(name for name, _ in robot.below(first))]
+    extents = [(name, link_extent(robot, robot.link_named[name])) for name in around]
     known = [(name, extent) for name, extent in extents if extent is not None]
     room = 0.02 * robot.size
     return bool(known) and all(

@@ -3,7 +3,7 @@
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,14 @@ from typing import Any
 from borecheck.errors import UsageError
 from borecheck.validate import baseline, many
 from borecheck.validate.as_text import as_text, wants_colour
-from borecheck.validate.config import Settings, find_settings, read_settings
+from borecheck.validate.config import (
+    Settings,
+    find_settings,
+    options_with,
+    read_settings,
+)
 from borecheck.validate.findings import Finding, Severity
-from borecheck.validate.options import PROFILES, Options
+from borecheck.validate.options import PROFILES
 from borecheck.validate.registry import all_checks
 from borecheck.validate.run import check_file, validate_text
 
@@ -82,47 +87,42 @@ def run(args: argparse.Namespace) -> int:
         return CLEAN
     if not args.files:
         raise UsageError("no file given; name URDF or xacro files, folders or -")
-    settings = read_settings(args.config) if args.config else find_settings(Path.cwd())
-    options, files = _options(args, settings), many.expand_files(args.files)
+    files, given = many.expand_files(args.files), _given(args)
     if args.fix:
         from borecheck.validate.fix import fix_files
 
+        options = options_with(settings_of(files[0], args.config), given)
         return fix_files(files, write=args.write, options=options)
-    results = _results(args, files, options, settings)
-    _write(args, results, options)
-    return _status(results, _fail_on(args, settings))
+    general = settings_of("-", args.config)
+    args.baseline = args.baseline or _path(general.values.get("baseline"))
+    results = _results(args, files, given)
+    _write(args, results, options_with(general, given).profile)
+    return _status(results, _fail_on(args, general))
 
 
-def _options(args: argparse.Namespace, settings: Settings) -> Options:
-    def pick(key: str, default: Any = None) -> Any:
-        given = getattr(args, key.replace("-", "_"), None)
-        return settings.values.get(key, default) if given is None else given
+def _path(text: str | None) -> Path | None:
+    return None if text is None else Path(text)
 
-    paths = [*(args.package_path or []), *settings.values.get("package-path", [])]
-    arguments = {**settings.values.get("arg", {}), **_pairs(args.arg or [])}
-    meshes = settings.values.get("meshes", True) and not args.no_meshes
-    srdf = pick("srdf")
-    return Options(
-        profile=pick("profile", "collision"),
-        arguments=arguments,
-        package_paths=tuple(Path(path) for path in paths),
-        select=_codes(pick("select", [])),
-        ignore=_codes(pick("ignore", [])),
-        meshes=meshes,
-        run=meshes and settings.values.get("run", True) and not args.no_run,
-        containment=args.containment or settings.values.get("containment", False),
-        self_intersection=args.self_intersection
-        or settings.values.get("self-intersection", False),
-        self_contact=pick("self-contact", 0),
-        samples=pick("samples", 20),
-        seed=pick("seed", 0),
-        frames=tuple(pick("frame", [])),
-        links=tuple(pick("link", [])),
-        remote_centres=settings.declared.get("remote-centre", ()),
-        tool_axes=settings.declared.get("tool-axis", ()),
-        loops=settings.declared.get("loop", ()),
-        srdf=None if srdf is None else Path(srdf),
-    )
+
+def _given(args: argparse.Namespace) -> dict[str, Any]:
+    """What the command line says, as fields of `Options`; None where it is silent."""
+    return {
+        "profile": args.profile,
+        "arguments": _pairs(args.arg or []),
+        "package_paths": args.package_path,
+        "select": None if args.select is None else codes_of(args.select),
+        "ignore": None if args.ignore is None else codes_of(args.ignore),
+        "meshes": False if args.no_meshes else None,
+        "run": False if args.no_run or args.no_meshes else None,
+        "containment": args.containment or None,
+        "self_intersection": args.self_intersection or None,
+        "self_contact": args.self_contact,
+        "samples": args.samples,
+        "seed": args.seed,
+        "frames": args.frame,
+        "links": args.link,
+        "srdf": args.srdf,
+    }
 
 
 def _pairs(words: Sequence[str]) -> dict[str, str]:
@@ -135,7 +135,7 @@ def _pairs(words: Sequence[str]) -> dict[str, str]:
     return pairs
 
 
-def _codes(words: Sequence[str]) -> tuple[str, ...]:
+def codes_of(words: Sequence[str]) -> tuple[str, ...]:
     """Codes, beginnings of codes or names, separated by commas."""
     by_name = {check.name: check.code for check in all_checks()}
     codes = [part.strip() for word in words for part in word.split(",") if part.strip()]
@@ -152,53 +152,63 @@ def _codes(words: Sequence[str]) -> tuple[str, ...]:
 
 
 def _results(
-    args: argparse.Namespace, files: list[str], options: Options, settings: Settings
+    args: argparse.Namespace, files: list[str], given: dict[str, Any]
 ) -> list[tuple[str, list[Finding]]]:
     show = len(files) > 20 or (len(files) > 3 and sys.stderr.isatty())
     results = many.check_many(
         files,
-        partial(check_one, options=options),
+        partial(check_one, given=given, config=args.config),
         jobs=args.jobs or os.cpu_count() or 1,
         resume=args.resume,
-        key=many.options_key(options),
+        key=many.key_of(given, args.config),
         progress=sys.stderr if show else None,
     )
-    rules = list(settings.per_file_ignore.items())
-    results = [(f, many.without_ignored(found, f, rules)) for f, found in results]
     if args.write_baseline:
         every = [finding for _, found in results for finding in found]
         baseline.write_baseline(args.write_baseline, every)
-    known_file = args.baseline or settings.values.get("baseline")
-    if known_file:
-        known = baseline.read_baseline(Path(known_file))
+    if args.baseline:
+        known = baseline.read_baseline(args.baseline)
         results = [(f, baseline.new_findings(found, known)) for f, found in results]
     return results
 
 
-def check_one(file: str, options: Options) -> list[Finding]:
+def settings_of(file: str, config: Path | None) -> Settings:
+    """The named settings, or those nearest to a file."""
+    if config is not None:
+        return read_settings(config)
+    return find_settings(Path.cwd() if file == "-" else Path(file).absolute().parent)
+
+
+def check_one(
+    file: str, given: Mapping[str, Any], config: Path | None
+) -> list[Finding]:
     """The findings of one file; "-" is the standard input."""
+    settings = settings_of(file, config)
+    options = options_with(settings, given)
     if file == "-":
-        return validate_text(sys.stdin.buffer.read(), "<stdin>", options)
-    return check_file(Path(file), options)
+        found = validate_text(sys.stdin.buffer.read(), "<stdin>", options)
+    else:
+        found = check_file(Path(file), options)
+    return many.without_ignored(found, file, settings.per_file_ignore.items())
 
 
-def _write(args: argparse.Namespace, results: Results, options: Options) -> None:
+def _write(args: argparse.Namespace, results: Results, profile: str) -> None:
     to_screen = args.out is None
     colour = to_screen and wants_colour(sys.stdout)
-    text = render(args.format, results, options, args, colour)
+    text = render(args.format, results, profile, args, colour)
     if to_screen:
         sys.stdout.write(text)
     else:
         args.out.write_text(text, encoding="utf-8")
     if args.report is not None:
-        page = render("html", results, options, args, False)
+        page = render("html", results, profile, args, False)
         args.report.write_text(page, encoding="utf-8")
 
 
 def render(
     form: str,
     results: Results,
-    options: Options,
+    profile: str,
     args: argparse.Namespace,
     colour: bool,
 ) -> str:
@@ -209,7 +219,7 @@ def render(
     if form == "sarif":
         from borecheck.validate.as_sarif import as_sarif
 
-        return as_sarif(results, options.profile)
+        return as_sarif(results, profile)
     if form == "junit":
         from borecheck.validate.as_junit import as_junit
 
@@ -222,10 +232,10 @@ def render(
 
     extra = {"argv": ["borecheck", *getattr(args, "argv", [])]}
     if form == "json":
-        return as_json(results, options.profile, extra)
+        return as_json(results, profile, extra)
     from importlib import import_module
 
-    document = to_document(results, options.profile, extra)
+    document = to_document(results, profile, extra)
     return str(import_module("borecheck.report.page").page(document))
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.errors import InputError, UnknownNameError
-from borecheck.validate.options import Loop, RemoteCentre, ToolAxis
+from borecheck.validate.options import Loop, Options, RemoteCentre, ToolAxis
 
 FILES = ("borecheck.toml", "pyproject.toml")
 
@@ -25,6 +25,17 @@ _LISTS = ("select", "ignore", "package-path", "frame", "link")
 _WORDS = ("profile", "fail-on", "srdf", "baseline")
 _SWITCHES = ("meshes", "run", "containment", "self-intersection")
 _NUMBERS = ("samples", "seed", "self-contact")
+_FIELDS = {
+    **{"profile": "profile", "select": "select", "ignore": "ignore", "srdf": "srdf"},
+    **{"meshes": "meshes", "run": "run", "containment": "containment"},
+    **{"self-intersection": "self_intersection", "self-contact": "self_contact"},
+    **{"samples": "samples", "seed": "seed", "frame": "frames", "link": "links"},
+}
+_DECLARED = {
+    "remote-centre": "remote_centres",
+    "tool-axis": "tool_axes",
+    "loop": "loops",
+}
 KEYS = (*_TABLES, *_LISTS, *_WORDS, *_SWITCHES, *_NUMBERS, "per-file-ignore", "arg")
 
 
@@ -76,6 +87,29 @@ def read_settings(path: Path) -> Settings:
     if not isinstance(table, dict):
         raise InputError(path, "validate is no table")
     return _settings(table, path)
+
+
+def options_with(settings: Settings, given: Mapping[str, Any]) -> Options:
+    """The options of one file: what is given wins, lists of roots add up.
+
+    Args:
+        settings: What the configuration file says.
+        given: Fields of `Options`; None means not given.
+    """
+    values = settings.values
+    chosen: dict[str, Any] = {
+        field_name: values[key] for key, field_name in _FIELDS.items() if key in values
+    }
+    chosen |= {_DECLARED[key]: found for key, found in settings.declared.items()}
+    chosen |= {name: value for name, value in given.items() if value is not None}
+    roots = [*(given.get("package_paths") or ()), *values.get("package-path", ())]
+    chosen["package_paths"] = tuple(Path(root) for root in roots)
+    chosen["arguments"] = {**values.get("arg", {}), **(given.get("arguments") or {})}
+    for name in ("select", "ignore", "frames", "links"):
+        chosen[name] = tuple(chosen.get(name, ()))
+    if chosen.get("srdf") is not None:
+        chosen["srdf"] = Path(chosen["srdf"])
+    return Options(**chosen)
 
 
 def _settings(table: dict[str, Any], path: Path) -> Settings:

@@ -13,7 +13,7 @@ from borecheck.validate.registry import Hit, check
 from borecheck.validate.spelling import nearest
 
 UNIT_TOLERANCE = 1e-3  # an axis typed with three digits is meant to be a unit vector
-FAR_RATIO = 10.0  # times the robot's median joint origin
+FAR_RATIO = 30.0  # times the robot's median joint origin
 FAR_M = 100.0
 FULL_TURN = 2.0 * math.pi * 1.001  # 6.2832 and 6.29 still mean a full turn
 ROUNDED = 2e-6, 5e-3  # an angle this close to a multiple of 45 deg was meant to be it

@@ -3,17 +3,17 @@
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from fnmatch import fnmatch
 from hashlib import sha256
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
+from borecheck import __version__
 from borecheck.errors import InputError, UsageError
 from borecheck.validate.as_json import to_record
 from borecheck.validate.findings import Finding, Severity
-from borecheck.validate.options import Options
 
 SUFFIXES = (".urdf", ".urdf.xacro")
 PARALLEL_FROM = 4  # fewer files are done before another process has started
@@ -113,9 +113,10 @@ def _checked(
             raise
 
 
-def options_key(options: Options) -> str:
+def key_of(given: Mapping[str, Any], config: Path | None) -> str:
     """What a kept result depends on beside the file."""
-    return sha256(repr(options).encode()).hexdigest()[:16]
+    text = f"{__version__} {sorted(given.items())} {config}"
+    return sha256(text.encode()).hexdigest()[:16]
 
 
 def without_ignored(

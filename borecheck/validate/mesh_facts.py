@@ -27,7 +27,7 @@ class MeshFacts:
         clashing_edges: Edges that two triangles run through in the same direction.
         crowded_edges: Edges of three and more triangles.
         volume: Signed volume in the file's unit; only of closed meshes it means one.
-        bodies: Connected pieces.
+        bodies: Groups of connected pieces whose boxes are apart.
         inverted: Closed, consistently wound, and inside out.
     """
 
@@ -66,7 +66,7 @@ def facts_of(mesh: TriangleMesh) -> MeshFacts:
         clashing_edges=clashing,
         crowded_edges=crowded,
         volume=volume,
-        bodies=_bodies(solid),
+        bodies=_bodies(mesh, solid),
         inverted=bool(sound and len(solid) > 3 and volume < -FLAT_VOLUME * size),
     )
 
@@ -147,10 +147,33 @@ def _edges(triangles: Ids) -> tuple[int, int, int]:
     return int((users == 1).sum()), int(clashing.sum()), int((users > 2).sum())
 
 
-def _bodies(triangles: Ids) -> int:
-    """Connected pieces, by letting the smallest vertex number spread."""
+def _bodies(mesh: TriangleMesh, triangles: Ids) -> int:
+    """Groups of connected pieces whose boxes are apart."""
     if len(triangles) == 0:
         return 0
+    label = _pieces(triangles)[triangles[:, 0]]
+    _, piece = np.unique(label, return_inverse=True)
+    count = int(piece.max()) + 1
+    if count > 200:
+        return count
+    corners = mesh.vertices[_representatives(mesh)][triangles]
+    low = np.full((count, 3), np.inf)
+    high = np.full((count, 3), -np.inf)
+    np.minimum.at(low, piece.reshape(-1), corners.min(axis=1))
+    np.maximum.at(high, piece.reshape(-1), corners.max(axis=1))
+    return _groups(low, high)
+
+
+def _representatives(mesh: TriangleMesh) -> Ids:
+    """For each position number one vertex that stands there."""
+    ids = weld(mesh.vertices)
+    found = np.zeros(int(ids.max()) + 1, dtype=np.int64)
+    found[ids] = np.arange(len(ids))
+    return found
+
+
+def _pieces(triangles: Ids) -> Ids:
+    """A label per vertex, equal within a piece: the smallest number spreads."""
     label = np.arange(triangles.max() + 1)
     while True:
         least = label[triangles].min(axis=1)
@@ -159,5 +182,16 @@ def _bodies(triangles: Ids) -> int:
             np.minimum.at(after, triangles[:, k], least)
         after = after[after]  # the label of the label: long chains shorten quickly
         if np.array_equal(after, label):
-            return len(np.unique(label[triangles]))
+            return label
+        label = after
+
+
+def _groups(low: NDArray[np.float64], high: NDArray[np.float64]) -> int:
+    """How many groups boxes form that meet each other."""
+    meet = ((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(axis=2)
+    label = np.arange(len(low))
+    while True:
+        after = np.where(meet, label[None], len(low)).min(axis=1)
+        if np.array_equal(after, label):
+            return len(np.unique(label))
         label = after

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from borecheck.validate.config import Settings, find_settings, options_with
 from borecheck.validate.draft import Robot
 from borecheck.validate.findings import Finding
 from borecheck.validate.load import Loaded, load_file, load_text
@@ -20,7 +21,8 @@ def validate_file(
     *,
     arguments: Mapping[str, str] | None = None,
     package_paths: Sequence[str | Path] = (),
-    profile: str = "collision",
+    profile: str | None = None,
+    configured: bool = True,
     select: Iterable[str] | None = None,
     ignore: Iterable[str] | None = None,
     closed_form: Callable[[Mapping[str, float]], Mapping[str, Any]] | None = None,
@@ -32,7 +34,8 @@ def validate_file(
         path: The file; one that ends in .xacro is expanded.
         arguments: Values of xacro arguments.
         package_paths: Roots for `package://` and `$(find)`.
-        profile: kinematics, collision or dynamics.
+        profile: kinematics, collision (if nothing else is configured) or dynamics.
+        configured: Whether the settings nearest to the file hold too.
         select: Codes, or their beginnings, to report; all by default.
         ignore: Codes, or their beginnings, to leave out.
         closed_form: `{joint: position} -> {frame: T_root_frame}`, compared as well.
@@ -41,16 +44,19 @@ def validate_file(
     Returns:
         The findings, by file and line; suppressed ones are left out.
     """
-    options = Options(
-        profile=profile,
-        arguments=dict(arguments or {}),
-        package_paths=tuple(Path(root) for root in package_paths),
-        select=tuple(select or ()),
-        ignore=tuple(ignore or ()),
-        closed_form=closed_form,
+    given = {
+        "profile": profile,
+        "arguments": arguments,
+        "package_paths": tuple(package_paths),
+        "select": None if select is None else tuple(select),
+        "ignore": None if ignore is None else tuple(ignore),
+        "closed_form": closed_form,
         **more,
-    )
-    return check_file(Path(path), options)
+    }
+    settings = Settings()
+    if configured:
+        settings = find_settings(Path(path).absolute().parent)
+    return check_file(Path(path), options_with(settings, given))
 
 
 def check_file(path: Path, options: Options) -> list[Finding]:

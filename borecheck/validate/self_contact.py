@@ -146,8 +146,9 @@ def _corners(robot: Robot, shapes: Sequence[Any]) -> Any:
     from borecheck.validate.draft import number, numbers, placement
     from borecheck.validate.mesh_reading import mesh_of
 
-    found = []
+    found: list[Any] = []
     for shape in shapes:
+        corners: Any
         T = placement(shape.element)
         try:
             if shape.tag == "box":
@@ -166,7 +167,7 @@ def _corners(robot: Robot, shapes: Sequence[Any]) -> Any:
                 corners = None if mesh is None else mesh.corners * np.array(shape.scale)
         except BorecheckError:
             return None
-        if corners is None or T is None:
+        if T is None or corners is None:
             return None
         found.append(corners @ T[:3, :3].T + T[:3, 3])
     return np.concatenate(found)
