@@ -25,7 +25,8 @@ from borecheck.calibration.refinement import parameter_jacobian, refine
 from borecheck.calibration.sample_sets import base_points, split
 from borecheck.calibration.sensors import LaserTracker
 from borecheck.calibration.serial_arm import serial_arm
-from borecheck.calibration.simulate import CalibrationSetup, simulate
+from borecheck.calibration.setup import CalibrationSetup
+from borecheck.calibration.simulate import simulate
 from borecheck.errors import BorecheckError, GeometryError, InputError, UsageError
 from borecheck.model import RobotModel
 from borecheck.urdf_tree import parse

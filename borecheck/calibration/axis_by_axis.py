@@ -47,6 +47,7 @@ class AxisByAxis:
         rms: Of the plane and cylinder errors of every axis, (k,), [m].
         radius: Of the discs, (k,), [m].
         arc: Angle that each joint turned through, (k,), [rad].
+        samples: Points that each axis was found from, (k,).
         outliers: Samples left out, by index.
     """
 
@@ -58,6 +59,7 @@ class AxisByAxis:
     rms: Array
     radius: Array
     arc: Array
+    samples: NDArray[np.int64]
     outliers: NDArray[np.intp]
 
 
@@ -107,6 +109,7 @@ def estimate(
         rms=np.array([fit.rms[0] for fit in fits]),
         radius=np.array([fit.discs.radius[0] for fit in fits]),
         arc=np.array(arcs),
+        samples=np.array([fit.residuals.shape[1] for fit in fits]),
         outliers=np.concatenate(outliers),
     )
 

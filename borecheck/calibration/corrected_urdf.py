@@ -1,5 +1,6 @@
 """The URDF of the arm as it was found to be: only joint origins change."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,13 @@ from borecheck.urdf_tree import UrdfTree
 Array = NDArray[np.float64]
 
 
-def corrected_urdf(text: str, tree: UrdfTree, arm: SerialArm, lines: Lines) -> str:
+def corrected_urdf(
+    text: str,
+    tree: UrdfTree,
+    arm: SerialArm,
+    lines: Lines,
+    folder: Path | None = None,
+) -> str:
     """URDF text in which the arm's joints turn about the found axes.
 
     A joint's frame is moved as little as possible: turned by the smallest rotation onto
@@ -28,6 +35,7 @@ def corrected_urdf(text: str, tree: UrdfTree, arm: SerialArm, lines: Lines) -> s
         tree: The robot.
         arm: The calibrated part of it.
         lines: The found axes at zero, in the arm's world frame.
+        folder: Where relative mesh names start; they become absolute. None leaves them.
     """
     from lxml import etree
 
@@ -38,9 +46,18 @@ def corrected_urdf(text: str, tree: UrdfTree, arm: SerialArm, lines: Lines) -> s
     elements = {e.get("name"): e for e in urdf_source.children(root, "joint")}
     for name, origin in corrected_origins(tree, arm, lines).items():
         _set_origin(elements[name], origin)
+    if folder is not None:
+        for mesh in root.iter("mesh"):
+            mesh.set("filename", _absolute(mesh.get("filename", ""), folder))
     note = f" joint origins of {arm.name} corrected by calibration "
     root.insert(0, etree.Comment(note))
     return etree.tostring(root, encoding="unicode", pretty_print=True) + "\n"
+
+
+def _absolute(name: str, folder: Path) -> str:
+    if "://" in name or Path(name).is_absolute():
+        return name
+    return str((folder / name).resolve())
 
 
 def corrected_origins(tree: UrdfTree, arm: SerialArm, lines: Lines) -> dict[str, Array]:

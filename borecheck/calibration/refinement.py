@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from borecheck.calibration.axes_motion import Lines, jacobian, positions, target_from
 from borecheck.calibration.measurements import Measurements
+from borecheck.calibration.noise import Noise, whitening
 from borecheck.calibration.serial_arm import SerialArm
 from borecheck.errors import GeometryError, UsageError
 
@@ -35,7 +36,7 @@ class Refinement:
         parameters: By name, [m] and [rad].
         covariance: Of four numbers for each axis (as `Lines.moved`) and the target,
             (4 k + 3, 4 k + 3).
-        sigma: Standard deviation of one coordinate of a sample, [m].
+        sigma: Standard deviation of one measured coordinate, [m].
         iterations: Evaluations of the Jacobian.
         residuals: Measured minus fitted places, (n, 3), [m].
         condition: Of the scaled Jacobian: 1 is best.
@@ -61,6 +62,7 @@ def refine(
     data: Measurements,
     start: Lines | None = None,
     loss: str = "linear",
+    noise: Noise | None = None,
 ) -> Refinement:
     """All axes and the target from all samples.
 
@@ -70,6 +72,8 @@ def refine(
         start: Where to begin; the result axis by axis, or the nominal arm.
         loss: "linear" for plain least squares; "soft_l1", "huber" or "cauchy" trust
             samples far off the others less.
+        noise: How device and encoders scatter (`seen_noise`); None trusts every
+            direction alike.
 
     Raises:
         GeometryError: Fewer equations than unknowns, parameters that the samples do
@@ -88,18 +92,20 @@ def refine(
         )
     from scipy.optimize import least_squares
 
+    W = _weights(arm, lines, data, target, noise)
+
     def residuals(x: Array) -> Array:
         fitted = positions(lines.moved(x[:-3]), data.q, target + x[-3:])
-        return np.asarray((fitted - data.points).ravel())
+        return np.asarray((W @ (fitted - data.points)[..., None]).ravel())
 
-    scale = 1.0 if loss == "linear" else _robust_scale(lines, data, target)
+    scale = 1.0 if loss == "linear" else _robust_scale(residuals(np.zeros(unknowns)))
     iterations, x = 0, np.zeros(unknowns)
     check_seen(arm, lines, data.q, target)
     for _ in range(3):  # re-centred, so that the increments stay small rotations
         solution = least_squares(
             residuals,
             np.zeros(unknowns),
-            jac=_jacobian_about(lines, data.q, target),
+            jac=_jacobian_about(lines, data.q, target, W),
             method="trf",
             x_scale="jac",
             loss=loss,
@@ -116,9 +122,10 @@ def refine(
             raise GeometryError("the refinement does not settle: check the samples")
         if np.abs(x).max() < 1e-9:
             break
+        W = _weights(arm, lines, data, target, noise)
         if loss != "linear":
-            scale = _robust_scale(lines, data, target)
-    return _result(arm, data, lines, target, iterations, loss, scale)
+            scale = _robust_scale(residuals(np.zeros(unknowns)))
+    return _result(arm, data, lines, target, iterations, W, scale, loss)
 
 
 def check_seen(arm: SerialArm, lines: Lines, q: Array, target: Array) -> float:
@@ -176,7 +183,9 @@ def _difference(a: float, b: float, name: str) -> float:
     return a - b
 
 
-def _jacobian_about(lines: Lines, q: Array, target: Array) -> Callable[[Array], Array]:
+def _jacobian_about(
+    lines: Lines, q: Array, target: Array, W: Array
+) -> Callable[[Array], Array]:
     """Jacobian of the residuals in the coordinates of the fixed start.
 
     `Lines.moved` normalises the direction, so that away from the start the tilts of the
@@ -189,7 +198,8 @@ def _jacobian_about(lines: Lines, q: Array, target: Array) -> Callable[[Array], 
         raw = lines.directions + tilt[:, :1] * v + tilt[:, 1:2] * w
         size = np.linalg.norm(raw, axis=1)
         moved = lines.moved(x[:-3])
-        J = jacobian(moved, q, target + x[-3:]).reshape(3 * len(q), -1)
+        J = W @ jacobian(moved, q, target + x[-3:])
+        J = J.reshape(3 * len(q), -1)
         v1, w1 = moved.bases()
         for i in range(len(lines)):
             old = np.stack([v[i], w[i]])
@@ -202,9 +212,19 @@ def _jacobian_about(lines: Lines, q: Array, target: Array) -> Callable[[Array], 
     return derivative
 
 
-def _robust_scale(lines: Lines, data: Measurements, target: Array) -> float:
-    off = np.abs(positions(lines, data.q, target) - data.points)
-    return max(1.4826 * float(np.median(off)), 1e-12)
+def _robust_scale(residuals: Array) -> float:
+    return max(1.4826 * float(np.median(np.abs(residuals))), 1e-12)
+
+
+def _weights(
+    arm: SerialArm,
+    lines: Lines,
+    data: Measurements,
+    target: Array,
+    noise: Noise | None,
+) -> Array:
+    noise = Noise(0.0, np.zeros(len(lines))) if noise is None else noise
+    return whitening(lines, data, target, noise, arm.joint_names)
 
 
 def _result(
@@ -213,14 +233,16 @@ def _result(
     lines: Lines,
     target: Array,
     iterations: int,
-    loss: str,
+    W: Array,
     scale: float,
+    loss: str,
 ) -> Refinement:
     off = data.points - positions(lines, data.q, target)
-    J = jacobian(lines, data.q, target).reshape(off.size, -1)
+    J = (W @ jacobian(lines, data.q, target)).reshape(off.size, -1)
+    white = (W @ off[..., None])[..., 0]
     free = off.size - J.shape[1]
     linear = loss == "linear"
-    sigma = float(np.sqrt((off**2).sum() / free)) if linear else scale
+    sigma = float(np.sqrt((white**2).sum() / free)) if linear else scale
     return Refinement(
         lines=lines,
         target=target,

@@ -4,8 +4,9 @@
 thresholded, so every base point gets a little motion of its own.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +70,7 @@ def sweep(
     *,
     target: Array,
     variation: float = VARIATION,
+    visible: float = np.inf,
 ) -> Sweep:
     """Joint values to find one axis.
 
@@ -82,9 +84,12 @@ def sweep(
         rng: Source of the small variation.
         target: Where the target is at zero, (3,), in the world frame [m].
         variation: Half width of the variation, [rad].
+        visible: Largest angle from the middle of the range that devices see, [rad].
     """
     q = np.repeat(attitude(arm, joint, target)[None], samples, axis=0)
-    bases = base_points(arm.lower[joint], arm.upper[joint], variation)
+    middle = 0.5 * (arm.lower[joint] + arm.upper[joint])
+    lower = max(arm.lower[joint], middle - visible)
+    bases = base_points(lower, min(arm.upper[joint], middle + visible), variation)
     q[:, joint] = angles(rng, bases, samples, variation)
     return Sweep(arm.joint_names[joint], q)
 
@@ -95,11 +100,20 @@ def sweeps(
     rng: np.random.Generator,
     target: Array,
     variation: float = VARIATION,
+    visible: Mapping[str, float] = MappingProxyType({}),
 ) -> list[Sweep]:
     """Joint values to find every axis; `samples` for each joint."""
     counts = [samples] * len(arm.lines) if isinstance(samples, int) else samples
     return [
-        sweep(arm, i, count, rng, target=target, variation=variation)
+        sweep(
+            arm,
+            i,
+            count,
+            rng,
+            target=target,
+            variation=variation,
+            visible=visible.get(arm.joint_names[i], np.inf),
+        )
         for i, count in enumerate(counts)
     ]
 

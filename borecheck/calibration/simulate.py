@@ -1,7 +1,7 @@
 """Calibration data of an arm that is not quite as drawn, and its true parameters."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,8 @@ from borecheck.calibration.measurements import Measurements
 from borecheck.calibration.sample_sets import VARIATION, Sweep, sweeps
 from borecheck.calibration.sensors import Exact, Sensor
 from borecheck.calibration.serial_arm import SerialArm
+from borecheck.calibration.setup import CalibrationSetup, sensors_of, target_at_zero
+from borecheck.errors import UnknownNameError
 
 Array = NDArray[np.float64]
 
@@ -19,27 +21,6 @@ Array = NDArray[np.float64]
 # nominal parameter values were less than 1.5 mm"; twice that, and half a degree.
 LENGTH_DEVIATION = 3e-3
 ANGLE_DEVIATION = np.radians(0.5)
-
-
-@dataclass(frozen=True)
-class CalibrationSetup:
-    """How an arm is measured: what a robot's package may say about itself.
-
-    Attributes:
-        world_link: Link in whose frame points are measured; None: the root.
-        tip_link: Link that carries the target; None: the end of the arm.
-        target: The target in the frame of that link, (x, y, z), [m].
-        pulses: Encoder resolution by joint, [rad].
-        sensors: Measuring devices by name and joint ("" for all others).
-        lines: One line about where the numbers come from.
-    """
-
-    world_link: str | None = None
-    tip_link: str | None = None
-    target: tuple[float, float, float] = (0.06, 0.15, -0.08)
-    pulses: Mapping[str, float] = field(default_factory=dict)
-    sensors: Mapping[str, Mapping[str, Sensor]] = field(default_factory=dict)
-    source: str = "assumed: a target off all axes of the wrist"
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +60,6 @@ def true_arm(
         values[name] += float(rng.uniform(-size, size))
     points, directions = parameters_to_lines(arm.forms, values)
     return TrueArm(values, Lines(points, directions), target_at_zero(arm, target))
-
-
-def target_at_zero(arm: SerialArm, target: Sequence[float]) -> Array:
-    """The target in the world frame at zero, (3,), [m]."""
-    return np.asarray(
-        arm.T_world_tip[:3, :3] @ np.array(target) + arm.T_world_tip[:3, 3]
-    )
 
 
 def measure(
@@ -138,12 +112,16 @@ def simulate(
         arm: The arm as drawn.
         setup: How it is measured.
         samples: For each joint.
-        noise: "none" or a device that the set-up has.
+        noise: "none" or the name of a device (`sensors_of`).
         rng: Source of everything random.
         variation: Half width of the variation about the base points, [rad].
     """
     true = true_arm(arm, setup.target, rng)
-    plan = sweeps(arm, samples, rng, target_at_zero(arm, setup.target), variation)
-    sensor = {} if noise == "none" else setup.sensors[noise]
+    target = target_at_zero(arm, setup.target)
+    plan = sweeps(arm, samples, rng, target, variation, setup.visible)
+    available = {"none": {}, **sensors_of(arm, setup)}
+    if noise not in available:
+        raise UnknownNameError("noise", noise, available)
     pulses = {} if noise == "none" else setup.pulses
+    sensor = available[noise]
     return measure(arm, true, plan, rng, sensor, pulses), true

@@ -1,0 +1,67 @@
+"""A list of joint values worth measuring at, and what they would show."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.calibration.observability import design, observe
+from borecheck.calibration.serial_arm import SerialArm
+from borecheck.calibration.setup import CalibrationSetup, target_at_zero
+
+Array = NDArray[np.float64]
+
+POSES = 50  # at which the tip matters, evenly within the limits
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Chosen joint values.
+
+    Attributes:
+        q: (n, k), [rad].
+        summary: What they would show, against as many random ones.
+    """
+
+    q: Array
+    summary: str
+
+
+def plan(
+    arm: SerialArm,
+    setup: CalibrationSetup,
+    samples: int,
+    candidates: int,
+    sigma: float,
+    seed: int,
+) -> Plan:
+    """The samples that leave the target least uncertain.
+
+    Args:
+        arm: The arm as drawn.
+        setup: Target.
+        samples: How many to choose.
+        candidates: How many random configurations to choose from.
+        sigma: Standard deviation of a measured coordinate, [m].
+        seed: Of the candidates.
+    """
+    rng = np.random.default_rng(seed)
+    target = target_at_zero(arm, setup.target)
+    pool, poses = arm.random(rng, candidates), arm.random(rng, POSES)
+    chosen = pool[design(arm, pool, samples, target, poses)]
+    after = observe(arm, chosen, target, sigma, poses)
+    random = observe(arm, pool[:samples], target, sigma, poses)
+    summary = (
+        f"{samples} of {candidates}: target uncertain by "
+        f"{1e3 * after.tip_sigma:.4f} mm (condition {after.condition:.0f}); {samples} random ones: "
+        f"{1e3 * random.tip_sigma:.4f} mm (condition {random.condition:.0f}); weakest: "
+        + ", ".join(after.weakest[:4])
+    )
+    return Plan(chosen, summary)
+
+
+def as_csv(arm: SerialArm, q: Array) -> str:
+    """Joint values with a header, [rad]."""
+    rows = [",".join(arm.joint_names)]
+    rows += [",".join(repr(float(x)) for x in row) for row in q]
+    return "\n".join(rows) + "\n"
