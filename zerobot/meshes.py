@@ -139,7 +139,7 @@ def _arm(detail: Detail) -> list[TriangleMesh]:
     return [
         cylinder((-0.90, 0.0, 0.0), (-0.886, 0.0, 0.0), 0.04, detail),
         box((-0.886 + GAP, -0.03, -0.10), (-0.79, 0.03, 0.04), detail, 0.008),
-        box((-0.875, -0.05, 0.04 + GAP), (-0.62, 0.05, 0.125), detail, 0.012),
+        box((-0.875, -0.05, 0.04 + GAP), (-0.62, 0.05, 0.165), detail, 0.012),
         *tubes,
         *braces,
         *fork,
