@@ -12,11 +12,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from borecheck.bvh_boxes import EXTENT
 from borecheck.bvh_build import CHILD_ROW, WIDTH
 from borecheck.motion_bounds import WORLD, Chain, Route, displacement, gains
 from borecheck.path_outcome import Timeline
 from borecheck.solid import _ON_SURFACE, _winding_number
+from borecheck.swept_boxes import EXTENT
 
 if TYPE_CHECKING:
     from borecheck.path_search import Body, Motion, Pair
@@ -75,7 +75,7 @@ def _held(inner: "Body", outer: "Body", T_outer_inner: Array) -> str:
         if (p < low).any() or (p > high).any():
             continue
         tree = outer.tree
-        leaves = along_ray(tree.nodes, tree.frame[0], tree.depth, p)
+        leaves = along_ray(tree.nodes, tree.frames[0], tree.depth, p)
         point = (float(p[0]), float(p[1]), float(p[2]))
         winding = _winding_number(point, tree.corners[leaves])
         if winding == _ON_SURFACE:

@@ -13,16 +13,17 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from borecheck import bvh_query
 from borecheck.bvh_build import F32, WIDTH
-from borecheck.bvh_clearance import UPPER, nearest
 from borecheck.motion_bounds import SLIDES, TURNS, WORLD
 from borecheck.swept_boxes import (
     CLEAR,
+    OPEN,
     PLACE,
+    POSE,
     ROUNDING,
     ROW,
     SLACK,
+    SWEEP,
     box_rounding,
     span,
     walk,
@@ -32,8 +33,10 @@ from borecheck.swept_boxes import (
 # What is known of a stretch: proven clear, holds contact, neither could be shown.
 CERTIFIED, TOUCHED, UNDECIDED = 0, 1, 2
 
-EXACT = 3  # the narrowphase that judges poses
-BUDGET = 2048  # nodes opened for one piece before it is halved
+# Nodes opened for a piece before it is halved: few for long pieces, whose halves need
+# fewer still, twice as many for every halving.
+FIRST_BUDGET, LAST_BUDGET = 64, 8192
+_NO_LIMIT = 1 << 62
 _DEPTH = 128  # of halving: 20 for a million waypoints, 50 until fractions end
 # Bounds are formed with some hundred roundings and lengths in the frame of a body
 # differ from those in the world by what `check_transform` lets pass.
@@ -212,10 +215,10 @@ def examine(  # type: ignore[no-untyped-def]
         limit: Pieces looked at before the rest is left undecided.
         nodes_a: Tree of the moving mesh, with corners and frame, see `MeshTree`.
         corners_a: (m, 9).
-        frame_a: (1, 4).
+        frame_a: Origin of its boxes and its largest coordinate, (4,).
         nodes_b: Tree of the standing mesh.
         corners_b: (m, 9).
-        frame_b: (1, 4).
+        frame_b: (4,).
         depths: Sum of both depths.
         placed: Memory of placements at waypoints, (k, n, 4, 4), shared by all pairs.
         is_placed: Which are there, (k,).
@@ -233,14 +236,15 @@ def examine(  # type: ignore[no-untyped-def]
     images, flags = np.zeros((6, WIDTH), F32), np.zeros(WIDTH, np.uint8)
     interval, ends = np.zeros((3, ROW), F32), np.zeros((2, 3, 4))
     rows = np.zeros((2, ROW), F32)
-    own = np.zeros((2, len(parent), 4, 4))
+    own, places = np.zeros((2, len(parent), 4, 4)), np.zeros((2, 4, 4))
+    _copy(T_world_b, places[1])
     values = np.zeros((2, len(parent)))
     straight = np.zeros(len(parent))
-    # Of every waiting piece: first and last waypoint, place in the tree of runs;
-    # fractions of its step; what is known of contact at its ends (-1: not asked).
-    pieces = np.zeros((_DEPTH, 3), np.int64)
+    # Of every waiting piece: first and last waypoint, place in the tree of runs and
+    # budget; fractions of its step; what is known of contact at its ends (-1: not asked).
+    pieces = np.zeros((_DEPTH, 4), np.int64)
     fractions, at = np.zeros((_DEPTH, 2)), np.zeros((_DEPTH, 2), np.int8)
-    pieces[0, 1], pieces[0, 2] = len(theta) - 1, 1
+    pieces[0, 1], pieces[0, 2], pieces[0, 3] = len(theta) - 1, 1, FIRST_BUDGET
     fractions[0, 1] = 1.0
     at[0, 0], at[0, 1] = -1, -1
     waiting, found, looked, judged = 1, 0, 0, 0
@@ -248,6 +252,7 @@ def examine(  # type: ignore[no-untyped-def]
     while waiting > 0:
         waiting -= 1
         first, last, node = pieces[waiting, 0], pieces[waiting, 1], pieces[waiting, 2]
+        budget = pieces[waiting, 3]
         begin, end = fractions[waiting, 0], fractions[waiting, 1]
         touch_0, touch_1 = at[waiting, 0], at[waiting, 1]
         is_run = last - first > 1
@@ -284,14 +289,14 @@ def examine(  # type: ignore[no-untyped-def]
                 _apply(undo, own[side, a], ends[side])
             else:
                 relative(own[side, a], own[side, b], ends[side])
-            write_row(ends[side], frame_a[0], frame_b[0], rows[side])
+            write_row(ends[side], frame_a, frame_b, rows[side])
         if touch_0 < 1 and touch_1 < 1 and looked <= limit:
             reserve = (margin + slack) * _GENEROUS + ROUNDING
-            _order(rows, reserve, frame_a[0], frame_b[0])
+            _order(rows, reserve, frame_a, frame_b)
             span(rows[0], rows[1], interval)
             outcome = walk(
-                nodes_a, corners_a, nodes_b, corners_b, interval, ends, reserve,
-                True, BUDGET, stack, boxes, images, flags,
+                nodes_a, corners_a, nodes_b, corners_b, interval, SWEEP, ends, places,
+                reserve, budget, stack, boxes, images, flags,
             )  # fmt: skip
             if outcome == CLEAR:
                 continue
@@ -303,11 +308,18 @@ def examine(  # type: ignore[no-untyped-def]
                 if touch < 0 and time == memory_time:
                     touch = memory_touch
                 elif touch < 0:
-                    place = T_world_b if b == WORLD else own[side, b]
-                    touch = _judge(
-                        own[side, a], place, margin, nodes_a, corners_a, frame_a,
-                        nodes_b, corners_b, frame_b, depths,
+                    _copy(own[side, a], places[0])
+                    if b != WORLD:
+                        _copy(own[side, b], places[1])
+                    write_row(ends[side], frame_a, frame_b, rows[0])
+                    rows[1] = rows[0]
+                    _order(rows, margin * _GENEROUS + ROUNDING, frame_a, frame_b)
+                    span(rows[0], rows[1], interval)
+                    met = walk(
+                        nodes_a, corners_a, nodes_b, corners_b, interval, POSE, ends,
+                        places, margin, _NO_LIMIT, stack, boxes, images, flags,
                     )  # fmt: skip
+                    touch = 1 if met == OPEN else 0
                     judged += 1
                     memory_time, memory_touch = time, touch
                 if side == 0:
@@ -325,6 +337,7 @@ def examine(  # type: ignore[no-untyped-def]
                 for half in (1, 0):
                     pieces[waiting, 0], pieces[waiting, 1] = first, last
                     pieces[waiting, 2] = 2 * node + half
+                    pieces[waiting, 3] = min(2 * budget, LAST_BUDGET)
                     fractions[waiting, 0], fractions[waiting, 1] = 0.0, 1.0
                     if is_run:
                         pieces[waiting, 1 - half] = (first + last) // 2
@@ -363,21 +376,3 @@ def _order(rows, reserve, frame_a, frame_b):  # type: ignore[no-untyped-def]
     rounding = box_rounding(frame_a, frame_b, float(places))
     # The factor is more than the rounding to float32.
     rows[1, SLACK] = F32((reserve + rounding) * 1.000001)
-
-
-@njit(**_KERNEL)
-def _judge(  # type: ignore[no-untyped-def]
-    T_a, T_b, margin, nodes_a, corners_a, frame_a, nodes_b, corners_b, frame_b, depths,
-):  # fmt: skip
-    """1 if the meshes meet (or come as near as the margin) at one pose, else 0."""
-    count, _, _ = bvh_query.search(
-        nodes_a, corners_a, frame_a, T_a, nodes_b, corners_b, frame_b, T_b,
-        depths, EXACT, bvh_query.FIRST, 0.0,
-    )  # fmt: skip
-    if count != 0 or margin == 0.0:
-        return 1 if count > 0 else 0
-    answer = nearest(
-        nodes_a, corners_a, frame_a, T_a, nodes_b, corners_b, frame_b, T_b,
-        depths, 1.0, margin * (1.0 + 1e-9), margin,
-    )  # fmt: skip
-    return 1 if answer[UPPER] <= margin else 0

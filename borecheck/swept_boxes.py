@@ -27,11 +27,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from borecheck.bvh_boxes import EXTENT, child_box
 from borecheck.bvh_build import CHILD_ROW, F32, WIDTH
+from borecheck.exact_contact import exact_pair
 from borecheck.placing import place_triangle
 from borecheck.triangle_contact import triangle_row
-from borecheck.triangle_distance import disjoint_distance
+from borecheck.triangle_distance import disjoint_distance, pair_distance
 
 ROUNDING = 1e-10
 LARGEST_PLACE = 100.0  # [m], for ROUNDING to hold
@@ -44,7 +44,13 @@ SLACK = 12
 # An interval: middle and radius of the entries, their largest size; the slack.
 MIDDLE, RADIUS, SIZE = 0, 1, 2
 
-# Outcomes of a walk.
+_PLANE_COST = 8  # in nodes opened
+
+# The frame of a tree: the origin of its boxes (3), the largest coordinate from there.
+EXTENT = 3
+
+# What a walk is for, and its outcomes.
+SWEEP, POSE = 0, 1
 CLEAR, OPEN = 0, 1
 
 _KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
@@ -77,6 +83,20 @@ def span(lo, hi, interval):  # type: ignore[no-untyped-def]
         interval[RADIUS, k] = F32(0.5) * (hi[k] - lo[k])
         interval[SIZE, k] = max(abs(lo[k]), abs(hi[k]))
     interval[RADIUS, SLACK] = hi[SLACK]
+
+
+@njit(**_INLINE)
+def _box(nodes, reference):  # type: ignore[no-untyped-def]
+    """Centre and half extents of the box in a slot; reference = 8 node + slot."""
+    node, i = reference >> 3, reference & 7
+    return (
+        nodes[node, 0, i],
+        nodes[node, 1, i],
+        nodes[node, 2, i],
+        nodes[node, 3, i],
+        nodes[node, 4, i],
+        nodes[node, 5, i],
+    )
 
 
 @njit(**_BOX)
@@ -121,8 +141,8 @@ def _mark_moving(nodes, node, interval, box, images, flags):  # type: ignore[no-
 @njit(**_INLINE)
 def start_walk(nodes_a, nodes_b, interval, boxes):  # type: ignore[no-untyped-def]
     """Whether the image of all of a may meet the box of all of b; fills boxes[0]."""
-    cx, cy, cz, hx, hy, hz = child_box(nodes_a, 0)
-    bx, by, bz, kx, ky, kz = child_box(nodes_b, 0)
+    cx, cy, cz, hx, hy, hz = _box(nodes_a, 0)
+    bx, by, bz, kx, ky, kz = _box(nodes_b, 0)
     x, wx = _image(interval, cx, cy, cz, hx, hy, hz, 0)
     y, wy = _image(interval, cx, cy, cz, hx, hy, hz, 1)
     z, wz = _image(interval, cx, cy, cz, hx, hy, hz, 2)
@@ -132,23 +152,12 @@ def start_walk(nodes_a, nodes_b, interval, boxes):  # type: ignore[no-untyped-de
     return not apart
 
 
-@njit(**_INLINE)
+@njit(**_KERNEL)
 def walk(  # type: ignore[no-untyped-def]
-    nodes_a,
-    corners_a,
-    nodes_b,
-    corners_b,
-    interval,
-    ends,
-    reserve,
-    fine,
-    budget,
-    stack,
-    boxes,
-    images,
-    flags,
-):
-    """Whether a stays clear of b over an interval.
+    nodes_a, corners_a, nodes_b, corners_b, interval, task, ends, places,
+    distance, budget, stack, boxes, images, flags,
+):  # fmt: skip
+    """Whether a stays clear of b over an interval, or at one pose.
 
     Args:
         nodes_a: Tree of the moving mesh.
@@ -156,17 +165,20 @@ def walk(  # type: ignore[no-untyped-def]
         nodes_b: Tree of the standing mesh.
         corners_b: Its triangles.
         interval: See `span`.
-        ends: Placements of a in the frame of b at both ends, (2, 3, 4); `fine` only.
-        reserve: By how much a plane must separate the triangles: `fine` only, [m].
-        fine: Whether triangles whose boxes meet are looked at (else: OPEN).
+        task: SWEEP or POSE.
+        ends: SWEEP: placements of a in the frame of b at both ends, (2, 3, 4).
+        places: POSE: placements of a and b in the world, (2, 4, 4).
+        distance: SWEEP: by how much a plane must separate triangles. POSE: triangles
+            this near count as meeting. [m]
         budget: Nodes that may be opened before giving up.
-        stack: (k, 2) int64, deep enough for both trees; boxes: (k, 6) float32.
-        boxes: Images of the boxes of a on the stack.
+        stack: (k, 2) int64, deep enough for both trees.
+        boxes: Images of the boxes of a on the stack, (k, 6) float32.
         images: (6, 8) float32 scratch.
         flags: (8,) uint8 scratch.
 
     Returns:
-        CLEAR, which is proven, or OPEN.
+        CLEAR, which is proven, or OPEN; for a POSE that ends within the budget OPEN
+        means that triangles meet.
     """
     if not start_walk(nodes_a, nodes_b, interval, boxes):
         return CLEAR
@@ -181,19 +193,21 @@ def walk(  # type: ignore[no-untyped-def]
         node_a = int(children_a[a >> 3, CHILD_ROW, a & 7])
         node_b = int(children_b[b >> 3, CHILD_ROW, b & 7])
         if node_a < 0 and node_b < 0:
-            if not fine:
-                return OPEN
-            if not _plane_between(
-                corners_a, ~node_a, corners_b, ~node_b, ends, reserve
+            if task == POSE:
+                if _near(corners_a, ~node_a, corners_b, ~node_b, places, distance):
+                    return OPEN
+            elif not _plane_between(
+                corners_a, ~node_a, corners_b, ~node_b, ends, distance
             ):
                 return OPEN
+            opened += _PLANE_COST
             continue
         opened += 1
         if opened > budget:
             return OPEN
         for k in range(6):
             image[k] = boxes[top, k]
-        box = child_box(nodes_b, b)
+        box = _box(nodes_b, b)
         size_a = max(image[3], max(image[4], image[5]))
         size_b = max(box[3], max(box[4], box[5]))
         if node_a < 0 or (node_b >= 0 and size_b >= size_a):
@@ -213,6 +227,16 @@ def walk(  # type: ignore[no-untyped-def]
                         boxes[top, k] = images[k, i]
                     top += flags[i]
     return CLEAR
+
+
+@njit(**_KERNEL)
+def _near(corners_a, i, corners_b, j, places, distance):  # type: ignore[no-untyped-def]
+    """Whether two triangles, placed in the world, meet or are as near as that."""
+    moving = place_triangle(places[0], corners_a, i)
+    standing = place_triangle(places[1], corners_b, j)
+    if distance == 0.0:
+        return exact_pair(moving, standing)
+    return pair_distance(moving, standing)[0] <= distance
 
 
 @njit(**_KERNEL)
