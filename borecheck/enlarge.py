@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from borecheck.errors import GeometryError
 from borecheck.mesh import TriangleMesh
 from borecheck.minkowski import Surface, convex_plus_cube, join, triangles_plus_cube
+from borecheck.se3 import ROTATION_TOLERANCE
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -84,7 +85,7 @@ def enlarge(
     points, triangles = _merged(vertices, mesh.triangles)
     surfaces = _surfaces(points, triangles, margin)
     whole = join([surface for surface, _ in surfaces])
-    out = whole.vertices if axes is None else whole.vertices @ axes.T
+    out = whole.vertices if axes is None else whole.vertices @ np.linalg.inv(axes)
     part = np.concatenate([numbers for _, numbers in surfaces])
     return Enlarged(TriangleMesh(mesh.name, out, whole.triangles), whole.source, part)
 
@@ -114,7 +115,7 @@ def _checked_axes(R_mesh_axes: Array | None) -> Array | None:
     axes = np.array(R_mesh_axes, dtype=np.float64)
     if axes.shape != (3, 3) or not np.isfinite(axes).all():
         raise GeometryError(f"axes are not a finite (3, 3) array: {axes.tolist()}")
-    if np.abs(axes @ axes.T - np.eye(3)).max() > 1e-9:
+    if np.abs(axes @ axes.T - np.eye(3)).max() > ROTATION_TOLERANCE:
         raise GeometryError("axes of the margin are not orthonormal")
     return None if np.array_equal(axes, np.eye(3)) else axes
 

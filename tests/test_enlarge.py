@@ -280,6 +280,18 @@ def test_margin_counts_along_the_axes_as_the_paper_has_it() -> None:
         assert (len(pairs) > 0) == hit
 
 
+def test_axes_typed_with_six_digits() -> None:
+    """A rotation rounded in a file is still one, and the sum is exact in its frame."""
+    R_world_mesh = np.round(TURNED, 6)
+    mesh = sphere(0.4)
+    grown = enlarge(mesh, 0.02, R_world_mesh.T).mesh.vertices @ R_world_mesh.T
+    placed = mesh.vertices @ R_world_mesh.T
+    for axis in range(3):
+        assert np.ptp(grown[:, axis]) == pytest.approx(
+            np.ptp(placed[:, axis]) + 0.04, abs=ROUNDING
+        )
+
+
 def test_nonsense_is_refused() -> None:
     mesh = box((0.1, 0.1, 0.1))
     for margin in (0.0, -0.01, float("nan"), float("inf")):
