@@ -1,90 +1,327 @@
 """Many configurations in one call: links that move against what stands in the room.
 
 The answers are those of single `MeshTree` queries, pose by pose and pair by pair: the
-same walks in one compiled loop, without a Python call for each.
+same compiled walks, without a Python call for each.
+
+Give the trees as `PackedTrees` to calls that come often: lists of trees are packed
+(copied one behind the other) in every call.
 """
 
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
 import numpy as np
-from numba import njit
+from numpy.typing import ArrayLike, NDArray
 
-from borecheck.bvh_boxes import (
-    INLINE,
-    KERNEL,
-    PAIR_SHAPE,
-    RELATION_SHAPE,
-    is_identity,
-    is_rigid,
-    relate,
-    relate_back,
-    roots_apart,
-)
-from borecheck.bvh_build import F32
-from borecheck.bvh_lanes import PROBE_COLUMNS
-from borecheck.bvh_query import FIRST, stack_room, walk
+from borecheck import bvh_clearance, bvh_query
+from borecheck.bvh import MeshTree, reject_placement
+from borecheck.bvh_query import NO_PAIR
+from borecheck.errors import GeometryError
+from borecheck.narrowphase import narrowphase_code
+from borecheck.packed_trees import PackedTrees
 
-NO_PAIR = -1
-ROOT = 4
+Trees = PackedTrees | Sequence[MeshTree]
+Floats = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
+# Triangle pairs found at first without asking again for more room.
+_FIRST_ROOM = 4096
+_NOTHING = np.zeros((0, bvh_query.FOUND_COLUMNS), np.int64)
 
 
-@njit(**KERNEL)
-def first_pairs(  # type: ignore[no-untyped-def]
-    nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
-    pairs, placements, placements_b, b_moves, begin, end, depths, code, hits,
-):  # fmt: skip
-    """hits[i] = the first of `pairs` in contact in pose i, or NO_PAIR.
+@dataclass(frozen=True, eq=False)
+class MovingLinks:
+    """Links and what they may touch, checked and packed once for many calls.
 
-    Args:
-        nodes_a: Packed links, like corners_a and frames_a.
-        corners_a: ...
-        frames_a: ...
-        nodes_b: Packed obstacles, or the links again.
-        corners_b: ...
-        frames_b: ...
-        pairs: Which link against which b, (k, 2).
-        placements: (n, links, 4, 4).
-        placements_b: (1, obstacles, 4, 4), or `placements` again.
-        b_moves: Whether placements_b is per pose too.
-        begin: First pose of this call.
-        end: Behind the last pose.
-        depths: Of the deepest tree of either side, together.
-        code: The narrowphase.
-        hits: (n,), filled between begin and end.
-
-    Returns:
-        The first pose with a placement that is not rigid, or -1.
+    Attributes:
+        links: Trees of the links.
+        others: Trees of the obstacles, or the links themselves.
+        pairs: Which link against which other, (p, 2), in the order they are asked.
+        T_world_others: Placements of the obstacles, (1, k, 4, 4); None if the others
+            are the links.
     """
-    pair, relation = np.zeros(PAIR_SHAPE), np.zeros(RELATION_SHAPE, F32)
-    stack = np.zeros((stack_room(depths), 2), np.int64)
-    probe = np.zeros(PROBE_COLUMNS, F32)
-    found = np.zeros((1, 2), np.int64)
-    tree_a = (nodes_a, nodes_a.view(np.int32), corners_a)
-    tree_b = (nodes_b, nodes_b.view(np.int32), corners_b)
-    for i in range(begin, end):
-        if not _all_rigid(placements, i):
-            return i
-        hits[i] = NO_PAIR
-        for k in range(len(pairs)):
-            a, b = pairs[k, 0], pairs[k, 1]
-            T_a, T_b = placements[i, a], placements_b[i if b_moves else 0, b]
-            b_is_world = not b_moves and is_identity(T_b)
-            relate(T_a, T_b, b_is_world, frames_a, a, frames_b, b, 0.0, pair, relation)
-            root_a, root_b = int(frames_a[a, ROOT]), int(frames_b[b, ROOT])
-            if roots_apart(nodes_a, root_a, nodes_b, root_b, relation):
-                continue
-            relate_back(pair, relation)
-            count, _, _ = walk(
-                tree_a, root_a, T_a, tree_b, root_b, T_b, b_is_world,
-                relation, code, FIRST, stack, probe, found,
-            )  # fmt: skip
-            if count > 0:
-                hits[i] = k
-                break
-    return -1
+
+    links: PackedTrees
+    others: PackedTrees
+    pairs: Ids
+    T_world_others: Floats | None
+
+    @classmethod
+    def against(
+        cls,
+        links: Trees,
+        obstacles: Trees,
+        T_world_obstacles: ArrayLike | None = None,
+    ) -> "MovingLinks":
+        """Every link against every obstacle; obstacles stand still.
+
+        Args:
+            links: Trees of the links.
+            obstacles: Trees of the obstacles.
+            T_world_obstacles: Their placements, (k, 4, 4); default: in the world.
+
+        Raises:
+            GeometryError: Placements of wrong shape or not rigid.
+        """
+        links, obstacles = _packed(links), _packed(obstacles)
+        count = len(obstacles)
+        placements = np.tile(np.eye(4), (1, count, 1, 1))
+        if T_world_obstacles is not None:
+            given = np.array(T_world_obstacles, np.float64, order="C")
+            if given.shape != (count, 4, 4):
+                raise GeometryError(
+                    f"T_world_obstacles has shape {given.shape}, not ({count}, 4, 4)"
+                )
+            placements = given[None]
+            for k in range(count):
+                reject_placement(given[k], f"T_world_obstacles[{k}]")
+        each = [(a, b) for a in range(len(links)) for b in range(count)]
+        pairs = np.array(each, np.int64).reshape(-1, 2)
+        return cls(links, obstacles, pairs, placements)
+
+    @classmethod
+    def among(cls, links: Trees, link_pairs: ArrayLike) -> "MovingLinks":
+        """Links against each other: the pairs of links listed, (p, 2).
+
+        Raises:
+            GeometryError: Pairs of wrong shape, or naming a link that is not there.
+        """
+        links = _packed(links)
+        pairs = np.array(link_pairs, np.int64, order="C").reshape(-1, 2)
+        if len(pairs) and (pairs.min() < 0 or pairs.max() >= len(links)):
+            raise GeometryError(f"link_pairs name links beyond the {len(links)} given")
+        return cls(links, links, pairs, None)
+
+    def first_pairs(
+        self, placements: ArrayLike, narrowphase: str = "exact", threads: int = 1
+    ) -> Ids:
+        """For every pose the first of `pairs` that is in contact, or -1, (n,).
+
+        Args:
+            placements: T_world_link of every pose, (n, links, 4, 4).
+            narrowphase: As in `MeshTree.first_contact`; links are the robot's.
+            threads: How many poses are worked on at once.
+
+        Raises:
+            GeometryError: Placements of wrong shape or not rigid: which pose and link.
+            UnknownNameError: No such narrowphase.
+        """
+        placements = self._checked(placements)
+        hits = np.full(len(placements), NO_PAIR, np.int64)
+        code = narrowphase_code(narrowphase)
+
+        def run(begin: int, end: int) -> None:
+            self._search(placements, begin, end, code, bvh_query.FIRST, hits, _NOTHING)
+
+        _in_threads(run, len(placements), threads)
+        return hits
+
+    def first_contacts(
+        self, placements: ArrayLike, narrowphase: str = "exact", threads: int = 1
+    ) -> NDArray[np.bool_]:
+        """Whether anything touches, pose by pose, (n,); see `first_pairs`."""
+        return self.first_pairs(placements, narrowphase, threads) != NO_PAIR
+
+    def contacts(self, placements: ArrayLike, narrowphase: str = "exact") -> Ids:
+        """All triangle pairs in contact, sorted, (k, 4).
+
+        Columns: pose, row of `pairs`, triangle of the link, triangle of the other, both
+        as original ids. Arguments and errors as in `first_pairs`.
+        """
+        placements = self._checked(placements)
+        hits = np.zeros(len(placements), np.int64)
+        code, end = narrowphase_code(narrowphase), len(placements)
+        count, room = _FIRST_ROOM, 0
+        while count > room:
+            room = count
+            found = np.zeros((room, bvh_query.FOUND_COLUMNS), np.int64)
+            count = self._search(placements, 0, end, code, bvh_query.ALL, hits, found)
+        found = found[:count]
+        found[:, 2] = self.links.order[found[:, 2]]
+        found[:, 3] = self.others.order[found[:, 3]]
+        return found[np.lexsort(found.T[::-1])]
+
+    def clearances(
+        self, placements: ArrayLike, relative_tolerance: float = 0.0, threads: int = 1
+    ) -> Floats:
+        """Certified bounds of the least distance of all pairs, pose by pose, (n, 2).
+
+        Lower and upper as in `MeshTree.clearance`; (0, 0) where anything touches.
+        Poses without any pair have infinite bounds.
+        """
+        return self._clearances(placements, relative_tolerance, threads, each=False)[0]
+
+    def nearest_pairs(
+        self, placements: ArrayLike, relative_tolerance: float = 0.0, threads: int = 1
+    ) -> tuple[Floats, Ids]:
+        """As `clearances`, and the row of `pairs` where `upper` was found, (n,)."""
+        return self._clearances(placements, relative_tolerance, threads, each=False)
+
+    def pair_clearances(
+        self, placements: ArrayLike, relative_tolerance: float = 0.0, threads: int = 1
+    ) -> Floats:
+        """Certified bounds of the distance of every pair, (n, p, 2)."""
+        return self._clearances(placements, relative_tolerance, threads, each=True)[0]
+
+    def _clearances(
+        self,
+        placements: ArrayLike,
+        relative_tolerance: float,
+        threads: int,
+        each: bool,
+    ) -> tuple[Floats, Ids]:
+        if not (math.isfinite(relative_tolerance) and relative_tolerance >= 0.0):
+            raise GeometryError(f"relative_tolerance is {relative_tolerance}")
+        placements = self._checked(placements)
+        shape = (len(placements), len(self.pairs) if each else 1, 1)
+        answers = np.tile(np.array(bvh_clearance.NO_ANSWER), shape)
+        scale = 1.0 + relative_tolerance
+
+        def run(begin: int, end: int) -> None:
+            self._nearest(placements, begin, end, scale, answers)
+
+        self._mark_contacts(placements, threads, answers, each)
+        _in_threads(run, len(placements), threads)
+        lower, upper = (
+            answers[..., bvh_clearance.LOWER],
+            answers[..., bvh_clearance.UPPER],
+        )
+        bounds = np.stack([np.maximum(np.minimum(lower, upper), 0.0), upper], axis=-1)
+        pairs = answers[..., bvh_clearance.PAIR].astype(np.int64)
+        return (bounds, pairs) if each else (bounds[:, 0], pairs[:, 0])
+
+    def _mark_contacts(
+        self, placements: Floats, threads: int, answers: Floats, each: bool
+    ) -> None:
+        """Sets the answers of what is in contact to 0."""
+        parts = [self]
+        if each:
+            rows = range(len(self.pairs))
+            parts = [replace(self, pairs=self.pairs[k : k + 1]) for k in rows]
+        for column, part in enumerate(parts):
+            hits = part.first_pairs(placements, threads=threads)
+            touching = hits != NO_PAIR
+            answers[touching, column] = 0.0
+            answers[touching, column, bvh_clearance.PAIR] = hits[touching] + column
+
+    def _search(
+        self,
+        placements: Floats,
+        begin: int,
+        end: int,
+        code: int,
+        task: int,
+        hits: Ids,
+        found: Ids,
+    ) -> int:
+        """Number of triangle pairs found; fills `hits` and `found`."""
+        count, _, bad = bvh_query.search(
+            self.links.nodes,
+            self.links.corners,
+            self.links.frames,
+            self.others.nodes,
+            self.others.corners,
+            self.others.frames,
+            self.pairs,
+            placements,
+            placements if self.T_world_others is None else self.T_world_others,
+            self.T_world_others is None,
+            begin,
+            end,
+            self.links.depth + self.others.depth,
+            code,
+            task,
+            0.0,
+            hits,
+            found,
+        )
+        if bad >= 0:
+            for k, T in enumerate(placements[bad]):
+                reject_placement(T, f"placements[{bad}, {k}]")
+        return int(count)
+
+    def _nearest(
+        self,
+        placements: Floats,
+        begin: int,
+        end: int,
+        scale: float,
+        answers: Floats,
+    ) -> None:
+        bvh_clearance.nearest(
+            self.links.nodes,
+            self.links.corners,
+            self.links.frames,
+            self.others.nodes,
+            self.others.corners,
+            self.others.frames,
+            self.pairs,
+            placements,
+            placements if self.T_world_others is None else self.T_world_others,
+            self.T_world_others is None,
+            begin,
+            end,
+            self.links.depth + self.others.depth,
+            scale,
+            math.inf,
+            -1.0,
+            answers,
+        )
+
+    def _checked(self, placements: ArrayLike) -> Floats:
+        """Placements as kernels take them: contiguous, float64, writable."""
+        array = np.ascontiguousarray(placements, dtype=np.float64)
+        if array.ndim != 4 or array.shape[1:] != (len(self.links), 4, 4):
+            raise GeometryError(
+                f"placements have shape {array.shape}, not (n, {len(self.links)}, 4, 4)"
+            )
+        return array if array.flags.writeable else array.copy()
 
 
-@njit(**INLINE)
-def _all_rigid(placements, i):  # type: ignore[no-untyped-def]
-    rigid = True
-    for j in range(placements.shape[1]):
-        rigid &= is_rigid(placements[i, j])
-    return rigid
+def first_contacts(
+    links: Trees,
+    obstacles: Trees,
+    placements: ArrayLike,
+    T_world_obstacles: ArrayLike | None = None,
+    narrowphase: str = "exact",
+    threads: int = 1,
+) -> NDArray[np.bool_]:
+    """Whether any link touches any obstacle, pose by pose, (n,).
+
+    See `MovingLinks.against` and `MovingLinks.first_pairs` for arguments and errors.
+    """
+    scene = MovingLinks.against(links, obstacles, T_world_obstacles)
+    return scene.first_contacts(placements, narrowphase, threads)
+
+
+def first_self_contacts(
+    links: Trees,
+    link_pairs: ArrayLike,
+    placements: ArrayLike,
+    narrowphase: str = "exact",
+    threads: int = 1,
+) -> NDArray[np.bool_]:
+    """Whether any of the listed pairs of links touch, pose by pose, (n,)."""
+    scene = MovingLinks.among(links, link_pairs)
+    return scene.first_contacts(placements, narrowphase, threads)
+
+
+def _packed(trees: Trees) -> PackedTrees:
+    return trees if isinstance(trees, PackedTrees) else PackedTrees(trees)
+
+
+def _in_threads(run: Callable[[int, int], None], count: int, threads: int) -> None:
+    """Calls run(begin, end) for consecutive stretches of poses, one to a thread."""
+    if threads < 1:
+        raise GeometryError(f"threads is {threads}, not a number of threads")
+    if threads == 1 or count < 2:
+        run(0, count)
+        return
+    borders = np.linspace(0, count, min(threads, count) + 1).astype(int).tolist()
+    with ThreadPoolExecutor(threads) as pool:
+        jobs = [pool.submit(run, begin, end) for begin, end in pairwise(borders)]
+        for job in jobs:
+            job.result()

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NoReturn
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,11 @@ CACHED_TRIANGLES = 20_000
 CACHE_KIND = "tree-1"
 
 Placement = NDArray[np.float64]
+
+# A lone tree against a lone tree.
+_ONE_PAIR = np.zeros((1, 2), np.int64)
+# Contacts found at first without asking again for more room.
+_FIRST_ROOM = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +93,8 @@ class MeshTree:
         self.order = tree.order
         self.depth = tree.depth
         self.corners = corners[tree.order]
-        self.frame = tree.frame[None]
+        # Of one tree, as kernels take it of many: node 0 is the first.
+        self.frames = np.append(tree.frame, 0.0)[None]
 
     @classmethod
     def of(cls, mesh: TriangleMesh, *, cached: bool = True) -> "MeshTree":
@@ -150,8 +156,8 @@ class MeshTree:
         All other pairs were pruned: their boxes are surely apart.
         """
         task = bvh_query.ALL
-        count, examined, found = self._search(other, T_self, T_other, narrowphase, task)
-        return self._original(other, found[:count]), int(examined)
+        _, examined, found = self._search(other, T_self, T_other, narrowphase, task)
+        return self._original(other, found), int(examined)
 
     def candidates(
         self,
@@ -167,8 +173,8 @@ class MeshTree:
         if not (math.isfinite(inflate) and inflate >= 0.0):
             raise GeometryError(f"inflate is {inflate}, not a distance in metres")
         task = bvh_query.BOXES
-        count, _, found = self._search(other, T_self, T_other, "exact", task, inflate)
-        return self._original(other, found[:count])
+        _, _, found = self._search(other, T_self, T_other, "exact", task, inflate)
+        return self._original(other, found)
 
     def clearance(
         self,
@@ -205,8 +211,8 @@ class MeshTree:
         contact that was found; the points are theirs, near each other but not
         necessarily one.
         """
-        T_self, T_other = placement(T_self, "T_self"), placement(T_other, "T_other")
-        count, _, found = self._search(other, T_self, T_other, "exact", bvh_query.FIRST)
+        task = bvh_query.FIRST
+        count, _, found = self._search(other, T_self, T_other, "exact", task)
         lower, upper = 0.0, 0.0
         if count:
             leaf_a, leaf_b = int(found[0, 0]), int(found[0, 1])
@@ -216,7 +222,12 @@ class MeshTree:
             leaf_a = _leaf(self.nodes, int(answer[bvh_clearance.SLOT_A]))
             leaf_b = _leaf(other.nodes, int(answer[bvh_clearance.SLOT_B]))
         distance, p, q = bvh_clearance.nearest_points(
-            self.corners, T_self, leaf_a, other.corners, T_other, leaf_b
+            self.corners,
+            placement(T_self, "T_self"),
+            leaf_a,
+            other.corners,
+            placement(T_other, "T_other"),
+            leaf_b,
         )
         return Closest(
             0.0 if count else distance,
@@ -264,20 +275,27 @@ class MeshTree:
         stop: float = -1.0,
     ) -> NDArray[np.float64]:
         """The answer of `bvh_clearance.nearest`; placements known to be rigid."""
-        return bvh_clearance.nearest(
+        answers = np.array([[bvh_clearance.NO_ANSWER]])
+        bvh_clearance.nearest(
             self.nodes,
             self.corners,
-            self.frame,
-            placement(T_self, "T_self"),
+            self.frames,
             other.nodes,
             other.corners,
-            other.frame,
+            other.frames,
+            _ONE_PAIR,
+            placement(T_self, "T_self"),
             placement(T_other, "T_other"),
+            False,
+            0,
+            1,
             self.depth + other.depth,
             scale,
             cutoff,
             stop,
+            answers,
         )
+        return answers[0, 0]
 
     def _search(
         self,
@@ -288,26 +306,38 @@ class MeshTree:
         task: int,
         inflate: float = 0.0,
     ) -> tuple[int, int, NDArray[np.int64]]:
+        """Number of pairs found, number examined, and the leaves found, (k, 2)."""
         T_self, T_other = placement(T_self, "T_self"), placement(T_other, "T_other")
-        count, examined, found = bvh_query.search(
-            self.nodes,
-            self.corners,
-            self.frame,
-            T_self,
-            other.nodes,
-            other.corners,
-            other.frame,
-            T_other,
-            self.depth + other.depth,
-            narrowphase_code(narrowphase),
-            task,
-            inflate,
-        )
-        if count == bvh_query.BAD_A:
-            reject_placement(T_self, "T_self")
-        if count == bvh_query.BAD_B:
-            reject_placement(T_other, "T_other")
-        return count, examined, found
+        code = narrowphase_code(narrowphase)
+        room = 1 if task == bvh_query.FIRST else _FIRST_ROOM
+        while True:
+            found = np.zeros((room, bvh_query.FOUND_COLUMNS), np.int64)
+            count, examined, bad = bvh_query.search(
+                self.nodes,
+                self.corners,
+                self.frames,
+                other.nodes,
+                other.corners,
+                other.frames,
+                _ONE_PAIR,
+                T_self,
+                T_other,
+                False,
+                0,
+                1,
+                self.depth + other.depth,
+                code,
+                task,
+                inflate,
+                np.zeros(1, np.int64),
+                found,
+            )
+            if bad >= 0:
+                reject_placement(T_self[0, 0], "T_self")
+                reject_placement(T_other[0, 0], "T_other")
+            if count <= room:
+                return count, examined, found[:count, 2:]
+            room = count
 
     def _original(
         self, other: "MeshTree", leaves: NDArray[np.int64]
@@ -330,17 +360,22 @@ def _leaf(nodes: NDArray[np.float32], slot: int) -> int:
 
 
 def placement(T: ArrayLike, name: str) -> Placement:
-    """T as a fresh (4, 4) array; that it is rigid is for the kernels to check."""
+    """T as kernels take many: (1, 1, 4, 4); they check that it is rigid."""
     T = np.array(T, dtype=np.float64, order="C")
     if T.shape != (4, 4):
         raise GeometryError(f"{name} has shape {T.shape}, not (4, 4)")
-    return T
+    return T.reshape(1, 1, 4, 4)
 
 
-def reject_placement(T: Placement, name: str) -> NoReturn:
-    """Says what is wrong with a placement that a kernel found not to be rigid."""
+def reject_placement(T: Placement, name: str) -> None:
+    """Raises if a transform is not rigid, or too far for boxes of float32.
+
+    Raises:
+        GeometryError: With what is wrong.
+    """
     check_transform(T, name)
-    raise GeometryError(f"{name} shifts by more than {LARGEST_COORDINATE:g} m")
+    if np.abs(T[:3, 3]).max() > LARGEST_COORDINATE:
+        raise GeometryError(f"{name} shifts by more than {LARGEST_COORDINATE:g} m")
 
 
 def _checked_mesh(vertices: ArrayLike, triangles: ArrayLike) -> TriangleMesh:

@@ -40,8 +40,8 @@ RELATION_SHAPE = (2, 13)
 # The float64 scratch of one pair: M and m, their inverse, R_b^-1.
 PAIR_SHAPE = (3, 3, 4)
 FORTH, BACK, UNDO_B = range(3)
-# The frame of a tree: its origin (3) and its largest coordinate.
-EXTENT = 3
+# Columns of the frames of trees: origin (3), largest coordinate, node 0.
+EXTENT, ROOT = 3, 4
 
 # float32 boxes square coordinates; nothing in a scanner room is larger.
 LARGEST_COORDINATE = 1e12
@@ -59,24 +59,37 @@ BOX: dict[str, Any] = {**INLINE, "fastmath": {"contract"}}
 
 
 @njit(**INLINE)
-def is_rigid(T):  # type: ignore[no-untyped-def]
-    """Whether a transform is finite and rigid as `se3.check_transform` asks."""
-    worst = 0.0
-    for i in range(3):
-        for j in range(i, 3):
-            dot = T[0, i] * T[0, j] + T[1, i] * T[1, j] + T[2, i] * T[2, j]
-            worst = max(worst, abs(dot - (1.0 if i == j else 0.0)))
-    determinant = (
-        T[0, 0] * (T[1, 1] * T[2, 2] - T[1, 2] * T[2, 1])
-        + T[0, 1] * (T[1, 2] * T[2, 0] - T[1, 0] * T[2, 2])
-        + T[0, 2] * (T[1, 0] * T[2, 1] - T[1, 1] * T[2, 0])
+def copy_placement(placements, i, j, T):  # type: ignore[no-untyped-def]
+    """Copies the upper rows of placement (i, j) into T, (3, 4)."""
+    for row in range(3):
+        for column in range(4):
+            T[row, column] = placements[i, j, row, column]
+
+
+@njit(**INLINE)
+def is_rigid(placements, i, j):  # type: ignore[no-untyped-def]
+    """Whether placement (i, j) is finite and rigid as `se3.check_transform` asks."""
+    xx, xy, xz = placements[i, j, 0, 0], placements[i, j, 0, 1], placements[i, j, 0, 2]
+    yx, yy, yz = placements[i, j, 1, 0], placements[i, j, 1, 1], placements[i, j, 1, 2]
+    zx, zy, zz = placements[i, j, 2, 0], placements[i, j, 2, 1], placements[i, j, 2, 2]
+    worst = max(
+        abs(xx * xx + yx * yx + zx * zx - 1.0), abs(xx * xy + yx * yy + zx * zy)
     )
-    far = max(abs(T[0, 3]), max(abs(T[1, 3]), abs(T[2, 3])))
-    last = (T[3, 0] == 0.0) & (T[3, 1] == 0.0) & (T[3, 2] == 0.0) & (T[3, 3] == 1.0)
-    # A NaN anywhere makes a comparison false.
-    finite = (T[0, 3] + T[1, 3] + T[2, 3]) * 0.0 == 0.0
+    worst = max(worst, abs(xy * xy + yy * yy + zy * zy - 1.0))
+    worst = max(worst, abs(xx * xz + yx * yz + zx * zz))
+    worst = max(worst, abs(xz * xz + yz * yz + zz * zz - 1.0))
+    worst = max(worst, abs(xy * xz + yy * yz + zy * zz))
+    determinant = (
+        xx * (yy * zz - yz * zy) + xy * (yz * zx - yx * zz) + xz * (yx * zy - yy * zx)
+    )
+    x, y, z = placements[i, j, 0, 3], placements[i, j, 1, 3], placements[i, j, 2, 3]
+    far = max(abs(x), max(abs(y), abs(z)))
+    last = abs(placements[i, j, 3, 0]) + abs(placements[i, j, 3, 1])
+    last += abs(placements[i, j, 3, 2]) + abs(placements[i, j, 3, 3] - 1.0)
+    # A number that is not finite makes this sum NaN, and every comparison false.
+    finite = (determinant + worst + x + y + z + last) * 0.0 == 0.0
     sized = finite & (far <= LARGEST_COORDINATE) & (determinant > 0.0)
-    return sized & (worst <= ROTATION_TOLERANCE) & last
+    return sized & (worst <= ROTATION_TOLERANCE) & (last == 0.0)
 
 
 @njit(**INLINE)
@@ -97,7 +110,7 @@ def relate(T_a, T_b, b_is_world, frames_a, a, frames_b, b, inflate, pair, relati
         T_a: Placement of mesh a, (4, 4).
         T_b: Placement of mesh b.
         b_is_world: Whether that is the identity.
-        frames_a: Origin (3) and largest coordinate of trees, (k, 4 or more).
+        frames_a: Of trees, (k, 5).
         a: Which of them.
         frames_b: As frames_a.
         b: As a.

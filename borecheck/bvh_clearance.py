@@ -16,7 +16,9 @@ from borecheck.bvh_boxes import (
     KERNEL,
     PAIR_SHAPE,
     RELATION_SHAPE,
+    ROOT,
     child_box,
+    copy_placement,
     is_identity,
     relate,
     relate_back,
@@ -35,8 +37,9 @@ ALL_LANES = 255
 _ROUND_UP = 1.0 + 2.0**-22
 
 # A walk's answer: least bound of the dropped, least distance found, the slots of its
-# two triangles, number of triangle pairs examined.
-LOWER, UPPER, SLOT_A, SLOT_B, EXAMINED = range(5)
+# two triangles, number of triangle pairs examined, and the pair of meshes.
+LOWER, UPPER, SLOT_A, SLOT_B, EXAMINED, PAIR = range(6)
+NO_ANSWER = (np.inf, np.inf, -1.0, -1.0, 0.0, -1.0)
 # A first guess is good when another round lowers it by less than this share.
 _SETTLED = 0.99
 _ROUNDS = 4
@@ -111,7 +114,7 @@ def farther(a, b, limit):  # type: ignore[no-untyped-def]
     return gap > 0.0 and gap * gap > square * (nx * nx + ny * ny + nz * nz)
 
 
-@njit(**INLINE)
+@njit(**KERNEL)
 def approach(  # type: ignore[no-untyped-def]
     tree_a, slot_a, T_a, tree_b, slot_b, T_b, b_is_world,
     relation, scale, cutoff, stop, scratch, answer,
@@ -132,7 +135,7 @@ def approach(  # type: ignore[no-untyped-def]
         cutoff: Boxes whose gap reaches this are dropped, [m].
         stop: The walk ends when something this near is found, [m].
         scratch: Stack (k, 2) int64, bounds (k,), probe (19,), gaps (8,), float32.
-        answer: (5,): LOWER and UPPER are lowered; initially infinite, or what other
+        answer: (6,): LOWER and UPPER are lowered; initially infinite, or what other
             meshes gave.
     """
     nodes_a, children_a, corners_a = tree_a
@@ -201,12 +204,14 @@ def guess(  # type: ignore[no-untyped-def]
     """
     slot_a, slot_b = 8 * root_a, 8 * root_b
     stop, before, lower = np.inf, np.inf, answer[LOWER]
+    answer[SLOT_A] = answer[SLOT_B] = -1.0
     for turn in range(2 * _ROUNDS):
         approach(
             tree_a, slot_a, T_a, tree_b, slot_b, T_b, b_is_world,
             relation, _GUESS, np.inf, stop, scratch, answer,
         )  # fmt: skip
         settled = answer[UPPER] > _SETTLED * before
+        # (What other meshes gave may be nearer than anything here.)
         if answer[SLOT_A] < 0.0 or (settled and turn > 1):
             break
         before, stop = answer[UPPER], -1.0
@@ -216,46 +221,73 @@ def guess(  # type: ignore[no-untyped-def]
     answer[LOWER] = lower
 
 
-@njit(**INLINE)
-def clearance_scratch(depths):  # type: ignore[no-untyped-def]
-    """What `approach` needs, from the depths of both trees together."""
-    room = stack_room(depths)
-    stack, bounds = np.zeros((room, 2), np.int64), np.zeros(room, F32)
-    return stack, bounds, np.zeros(PROBE_COLUMNS, F32), np.zeros(WIDTH, F32)
-
-
 @njit(**KERNEL)
 def nearest(  # type: ignore[no-untyped-def]
-    nodes_a, corners_a, frame_a, T_a, nodes_b, corners_b, frame_b, T_b,
-    depths, scale, cutoff, stop,
+    nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
+    pairs, placements_a, placements_b, b_moves, begin, end,
+    depths, scale, cutoff, stop, answers,
 ):  # fmt: skip
-    """Bounds for two single trees whose surfaces do not meet; see `approach`.
+    """Bounds for meshes whose surfaces do not meet; see `approach`.
 
-    Returns:
-        The answer, (5,). If `stop` ended the walk, LOWER says nothing.
+    Arguments as in `bvh_query.search` and `approach`; placements are rigid.
+
+    Args:
+        nodes_a: ...
+        corners_a: ...
+        frames_a: ...
+        nodes_b: ...
+        corners_b: ...
+        frames_b: ...
+        pairs: ...
+        placements_a: ...
+        placements_b: ...
+        b_moves: ...
+        begin: ...
+        end: ...
+        depths: ...
+        scale: ...
+        cutoff: ...
+        stop: If this ends a walk, LOWER says nothing.
+        answers: (n, p, 6), one for every pair of meshes, or (n, 1, 6), the least of all
+            pairs; filled from begin to end. Poses whose UPPER is 0 are left as they
+            are.
     """
     pair, relation = np.zeros(PAIR_SHAPE), np.zeros(RELATION_SHAPE, F32)
-    answer = np.array([np.inf, np.inf, -1.0, -1.0, 0.0])
-    b_is_world = is_identity(T_b)
-    relate(T_a, T_b, b_is_world, frame_a, 0, frame_b, 0, 0.0, pair, relation)
-    relate_back(pair, relation)
-    scratch = clearance_scratch(depths)
+    T_a, T_b = np.zeros((3, 4)), np.zeros((3, 4))
+    room = stack_room(depths)
+    stack, bounds = np.zeros((room, 2), np.int64), np.zeros(room, F32)
+    scratch = (stack, bounds, np.zeros(PROBE_COLUMNS, F32), np.zeros(WIDTH, F32))
     tree_a = (nodes_a, nodes_a.view(np.int32), corners_a)
     tree_b = (nodes_b, nodes_b.view(np.int32), corners_b)
-    if stop < 0.0:
-        guess(
-            tree_a, 0, T_a, tree_b, 0, T_b, b_is_world, relation, scratch, answer
-        )  # fmt: skip
-    approach(
-        tree_a, 0, T_a, tree_b, 0, T_b, b_is_world,
-        relation, scale, cutoff, stop, scratch, answer,
-    )  # fmt: skip
-    return answer
+    for i in range(begin, end):
+        for k in range(len(pairs)):
+            answer = answers[i, k if answers.shape[1] > 1 else 0]
+            if answer[UPPER] == 0.0 or answer[UPPER] <= stop:
+                continue
+            before = answer[UPPER]
+            a, b = pairs[k, 0], pairs[k, 1]
+            copy_placement(placements_a, i, a, T_a)
+            copy_placement(placements_b, i if b_moves else 0, b, T_b)
+            b_is_world = is_identity(T_b)
+            relate(T_a, T_b, b_is_world, frames_a, a, frames_b, b, 0.0, pair, relation)
+            relate_back(pair, relation)
+            root_a, root_b = int(frames_a[a, ROOT]), int(frames_b[b, ROOT])
+            if stop < 0.0:
+                guess(
+                    tree_a, root_a, T_a, tree_b, root_b, T_b, b_is_world,
+                    relation, scratch, answer,
+                )  # fmt: skip
+            approach(
+                tree_a, 8 * root_a, T_a, tree_b, 8 * root_b, T_b, b_is_world,
+                relation, scale, cutoff, stop, scratch, answer,
+            )  # fmt: skip
+            if answer[UPPER] < before:
+                answer[PAIR] = k
 
 
 @njit(**KERNEL)
 def nearest_points(corners_a, T_a, leaf_a, corners_b, T_b, leaf_b):  # type: ignore[no-untyped-def]
-    """Distance and nearest points, in the world, of two leaves."""
-    alpha = place_triangle(T_a, corners_a, leaf_a)
-    beta = place_triangle(T_b, corners_b, leaf_b)
+    """Distance and nearest points, in the world, of two leaves of placed trees."""
+    alpha = place_triangle(T_a[0, 0], corners_a, leaf_a)
+    beta = place_triangle(T_b[0, 0], corners_b, leaf_b)
     return disjoint_distance(alpha, beta)

@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from borecheck.bvh import MeshTree
+from borecheck.bvh_boxes import ROOT
 from borecheck.bvh_build import CHILD_ROW
 
 
@@ -14,7 +16,8 @@ class PackedTrees:
     Attributes:
         nodes: Nodes of all trees, (n, 7, 8), float32; references are into this array.
         corners: Triangles in the order of the leaves, (m, 9), [m].
-        frames: Per tree its origin (3), largest coordinate, and node 0, (k, 5).
+        order: Original triangle (of its own mesh) of every leaf, (m,).
+        frames: Per tree its origin (3), largest coordinate and node 0, (k, 5).
         depth: Of the deepest tree.
         trees: The trees as given.
     """
@@ -32,9 +35,11 @@ class PackedTrees:
         single = len(self.trees) == 1
         self.nodes = nodes[0] if single else np.concatenate([_NO_NODES, *nodes])
         self.corners = corners[0] if single else np.concatenate([_NO_LEAVES, *corners])
+        orders = [tree.order for tree in self.trees]
+        self.order = np.concatenate([np.zeros(0, np.int64), *orders])
         self.frames = np.zeros((len(self.trees), 5))
         for row, tree, root in zip(self.frames, self.trees, roots, strict=True):
-            row[:4], row[4] = tree.frame[0], root
+            row[:ROOT], row[ROOT] = tree.frames[0, :ROOT], root
         self.depth = max((tree.depth for tree in self.trees), default=0)
 
     def __len__(self) -> int:
@@ -47,7 +52,7 @@ _NO_LEAVES = np.zeros((0, 9))
 
 def _moved_nodes(
     tree: MeshTree, first_node: int, first_leaf: int
-) -> np.typing.NDArray[np.float32]:
+) -> NDArray[np.float32]:
     """The nodes of a tree with references into arrays that hold others before it."""
     if first_node == 0:
         return tree.nodes

@@ -205,7 +205,7 @@ def test_every_box_holds_its_triangles(offset):
     rng = np.random.default_rng(6)
     vertices, triangles = soup(rng, 500)
     tree = MeshTree(vertices + offset, triangles)
-    points = (tree.corners.reshape(-1, 3, 3) - tree.frame[0, :3])[:, None]
+    points = (tree.corners.reshape(-1, 3, 3) - tree.frames[0, :3])[:, None]
     nodes = tree.nodes.astype(np.float64)
     children = tree.nodes.view(np.int32)[:, CHILD_ROW]
 
@@ -337,7 +337,7 @@ def same_tree(a, b):
     # References in float32 rows look like NaN: bytes are compared.
     return all(
         np.asarray(getattr(a, name)).tobytes() == np.asarray(getattr(b, name)).tobytes()
-        for name in ("nodes", "order", "corners", "frame", "depth")
+        for name in ("nodes", "order", "corners", "frames", "depth")
     )
 
 
