@@ -50,15 +50,28 @@ class Enlarged:
     source: Ids
     part: Ids
 
-    def solids(self) -> Iterator[TriangleMesh]:
-        """Each closed surface by itself: what is inside any of them is inside all.
+    def solids(self, near: Array | None = None) -> Iterator[TriangleMesh]:
+        """Each closed surface by itself: what is inside any of them is in the sum.
 
-        The mesh as a whole may count as open, because neighbouring hulls share edges.
+        No surface of a small obstacle between a part and the surface of its sum meets
+        a triangle: who wants a verdict has to ask for containment in these, too. The
+        mesh as a whole may count as open, because neighbouring hulls share edges.
+
+        Args:
+            near: Only surfaces whose box meets this one, in the mesh's frame, (2, 3).
         """
         order = np.argsort(self.part, kind="stable")
         starts = np.flatnonzero(np.diff(self.part[order], prepend=-2))
-        for rows in np.split(order, starts[1:]):
-            used, triangles = np.unique(self.mesh.triangles[rows], return_inverse=True)
+        corners = self.mesh.corners[order]
+        low = np.minimum.reduceat(corners.min(axis=1), starts)
+        high = np.maximum.reduceat(corners.max(axis=1), starts)
+        meets = np.ones(len(starts), dtype=np.bool_)
+        if near is not None:
+            meets = ((low <= near[1]) & (high >= near[0])).all(axis=1)
+        groups = np.split(order, starts[1:])
+        for k in np.flatnonzero(meets):
+            rows = self.mesh.triangles[groups[k]]
+            used, triangles = np.unique(rows, return_inverse=True)
             yield TriangleMesh(
                 self.mesh.name, self.mesh.vertices[used], triangles.reshape(-1, 3)
             )

@@ -292,6 +292,29 @@ def test_axes_typed_with_few_digits() -> None:
         )
 
 
+@pytest.mark.parametrize(
+    "mesh", [box((0.1, 0.1, 0.1)), corner_profile()], ids=lambda mesh: mesh.name
+)
+def test_small_obstacle_between_part_and_sum_is_seen_by_containment(
+    mesh: TriangleMesh,
+) -> None:
+    """A screw 10 mm above the part: no triangle of its 20 mm sum meets the screw."""
+    from borecheck.solid import contained
+
+    center = [mesh.bounds[0][0] + 0.05, mesh.bounds[0][1] + 0.05, mesh.bounds[1][2]]
+    screw = box((0.001, 0.001, 0.001), tuple(np.add(center, [0.011, -0.007, 0.010])))
+    grown = enlarge(mesh, 0.02)
+    hulls = grown.mesh.corners[grown.part >= 0].reshape(-1, 9)
+    meets = len(all_contacts(EXACT, hulls, screw.corners.reshape(-1, 9))) > 0
+    if mesh.name == "hull":  # convex: one surface, 9 mm away from the screw
+        assert not meets
+    assert contained(mesh, screw).kind == "none"
+    near = list(grown.solids(screw.bounds))
+    assert 0 < len(near) <= len(list(grown.solids()))
+    inside = [contained(solid, screw).kind == "b_in_a" for solid in near]
+    assert any(inside) or meets
+
+
 def test_nonsense_is_refused() -> None:
     mesh = box((0.1, 0.1, 0.1))
     for margin in (0.0, -0.01, float("nan"), float("inf")):
