@@ -16,7 +16,7 @@ from borecheck.coal_contact import contacts as coal_contacts
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.mesh import TriangleMesh
 from borecheck.placing import place_mesh
-from borecheck.solid import Topology, topology
+from borecheck.solid import Topology, cached_topology
 
 Array = NDArray[np.float64]
 Pairs = NDArray[np.int64]
@@ -57,7 +57,7 @@ class Surface:
     @cached_property
     def topology(self) -> Topology:
         """Closedness and components, which no motion changes."""
-        return topology(self.mesh)
+        return cached_topology(self.mesh)
 
     @cached_property
     def coal(self) -> CoalMesh:

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck import cache
 from borecheck.errors import GeometryError
 from borecheck.exact_contact import exact_pair
 from borecheck.exact_sign import Point, corners_of, orientation_2d, orientation_3d
@@ -22,6 +23,10 @@ from borecheck.mesh import TriangleMesh
 from borecheck.triangle_contact import triangle_row
 
 _ON_SURFACE = -(2**62)
+
+# Below this, finding the topology is quicker than finding the file.
+CACHED_TRIANGLES = 20_000
+CACHE_KIND = "topology-1"
 
 
 class Side(StrEnum):
@@ -91,18 +96,62 @@ def topology(mesh: TriangleMesh) -> Topology:
 
     Corners at equal coordinates count as one, so a triangle soup is judged by shape.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     same = _places(mesh.vertices)
     t = same[mesh.triangles]
-    rows, columns = t[:, [0, 1]].reshape(-1), t[:, [1, 2]].reshape(-1)
     n = int(same.max()) + 1
-    links = coo_array((np.ones(len(rows)), (rows, columns)), shape=(n, n))
-    _, of_vertex = connected_components(links, directed=False)
-    component = np.unique(of_vertex[t[:, 0]], return_inverse=True)[1]
-    is_closed = _edges_cancel(t, n)
-    return Topology(is_closed, np.asarray(component, dtype=np.int64).reshape(-1))
+    return Topology(_edges_cancel(t, n), _components(t, n))
+
+
+def cached_topology(mesh: TriangleMesh) -> Topology:
+    """As `topology`; that of a large mesh is kept on disk under the mesh's hash."""
+    if len(mesh.triangles) < CACHED_TRIANGLES:
+        return topology(mesh)
+    stored = cache.load(CACHE_KIND, mesh.sha256)
+    if stored is not None:
+        try:
+            component = stored["component"].astype(np.int64)
+            is_closed = bool(stored["is_closed"])
+        except (KeyError, TypeError, ValueError) as error:
+            cache.warn_damaged(CACHE_KIND, mesh.sha256, repr(error))
+        else:
+            if component.shape == (len(mesh.triangles),) and component.min() >= 0:
+                return Topology(is_closed, component)
+            cache.warn_damaged(CACHE_KIND, mesh.sha256, "not a topology of this mesh")
+    found = topology(mesh)
+    arrays: cache.Arrays = {
+        "component": found.component.astype(np.int32),
+        "is_closed": np.array(found.is_closed),
+    }
+    cache.store(CACHE_KIND, mesh.sha256, arrays)
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _components(triangles: NDArray[np.int64], n: int) -> NDArray[np.int64]:
+    """Number of the connected component of each triangle, in order of appearance."""
+    root = np.arange(n)
+    for k in range(len(triangles)):
+        for corner in range(1, 3):
+            a, b = triangles[k, 0], triangles[k, corner]
+            while root[a] != a:
+                root[a] = root[root[a]]
+                a = root[a]
+            while root[b] != b:
+                root[b] = root[root[b]]
+                b = root[b]
+            root[max(a, b)] = min(a, b)
+    number = np.full(n, -1)
+    component = np.zeros(len(triangles), dtype=np.int64)
+    count = 0
+    for k in range(len(triangles)):
+        a = triangles[k, 0]
+        while root[a] != a:
+            a = root[a]
+        if number[a] < 0:
+            number[a] = count
+            count += 1
+        component[k] = number[a]
+    return component
 
 
 def _edges_cancel(triangles: NDArray[np.int64], n: int) -> bool:

@@ -55,6 +55,8 @@ def versions() -> dict[str, str]:
 
 def robot_block(robot: "Robot") -> dict[str, Any]:
     """The robot as it was checked: arguments, joints, hashes."""
+    from borecheck.pair_search import surface
+
     model = robot.model
     return {
         "name": robot.name,
@@ -77,7 +79,7 @@ def robot_block(robot: "Robot") -> dict[str, Any]:
                 "name": part.mesh.name,
                 "link": part.link,
                 "triangles": len(part.mesh.triangles),
-                "closed": part.mesh.is_closed,
+                "closed": surface(part.mesh).topology.is_closed,
                 "sha256": part.mesh.sha256,
             }
             for part in robot.parts
@@ -88,6 +90,8 @@ def robot_block(robot: "Robot") -> dict[str, Any]:
 
 def scene_block(scene: "Scene") -> dict[str, Any]:
     """The scene as it was checked: arguments, roles, hashes, points."""
+    from borecheck.pair_search import surface
+
     return {
         "name": scene.name,
         "arguments": dict(scene.arguments),
@@ -98,7 +102,7 @@ def scene_block(scene: "Scene") -> dict[str, Any]:
                 "role": obstacle.role,
                 "source": obstacle.source,
                 "triangles": len(obstacle.mesh.triangles),
-                "closed": obstacle.mesh.is_closed,
+                "closed": surface(obstacle.mesh).topology.is_closed,
                 "sha256": obstacle.mesh.sha256,
             }
             for obstacle in scene.obstacles
