@@ -153,11 +153,20 @@ def fk_text(document: Mapping[str, Any]) -> str:
         f"{mark}: {document['configurations']} configurations, worst difference "
         f"{worst['position_m']:.2e} m, {worst['rotation_rad']:.2e} rad"
     ]
-    rows = [("voices", "frame", "position", "rotation")]
+    rows = [("voices", "frames", "worst position", "worst rotation")]
     for pair, frames in document["worst_by_frame"].items():
-        for frame, found in frames.items():
-            position, rotation = found["position_m"], found["rotation_rad"]
-            rows.append((pair, frame, f"{position:.1e} m", f"{rotation:.1e} rad"))
+        by_position = max(frames, key=lambda name: frames[name]["position_m"])
+        by_rotation = max(frames, key=lambda name: frames[name]["rotation_rad"])
+        position = frames[by_position]["position_m"]
+        rotation = frames[by_rotation]["rotation_rad"]
+        rows.append(
+            (
+                pair,
+                str(len(frames)),
+                f"{position:.1e} m ({by_position})",
+                f"{rotation:.1e} rad ({by_rotation})",
+            )
+        )
     lines += table(rows)
     lines += [f"no {voice}: {why}" for voice, why in document["silent"].items()]
     return "\n".join(lines) + "\n"
