@@ -63,7 +63,14 @@ DESCRIPTION = RobotDescription(
         ),
         JointMap("insertion", source="[Heikkila2010] section 3: the optional axis"),
     ),
-    frames={name: name for name in ("I", "W", *"123456", "E")},
+    frames={
+        name: name
+        for name in (
+            *("I", "W", *"123456", "E"),
+            *("base", "turret", "upper_arm", "elbow", "forearm", "wrist", "hand"),
+            *("carriage", "needle"),
+        )
+    },
     forward="mri_arm.kinematics:forward",
     inverse="mri_arm.kinematics:inverse",
     dimensions="mri_arm.kinematics:dimensions",

@@ -22,6 +22,14 @@ Array = NDArray[np.float64]
 
 FRAMES = ("I", "W", "1", "2", "3", "4", "5", "6", "E")
 
+# Every body is drawn in the frame it turns with (needle and carriage: with the tip).
+BODIES: Mapping[str, str] = MappingProxyType(
+    {
+        **{"base": "W", "turret": "1", "upper_arm": "2", "elbow": "3"},
+        **{"forearm": "4", "wrist": "5", "hand": "6", "carriage": "E", "needle": "E"},
+    }
+)
+
 _NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
@@ -37,7 +45,8 @@ def forward(
 
     Returns:
         {frame: T_I_frame}, (4, 4) or (n, 4, 4): I, W (the paper's world: on the floor
-        under axis 1), 1..6 (turning with joints 1..6) and E (needle tip, z the needle).
+        under axis 1), 1..6 (turning with joints 1..6), E (needle tip, z the needle), and
+        the bodies by their links' names.
     """
     d = from_arguments(arguments, perturbed)
     q1, q2, q3, q4, q5, q6, insertion = _joint_values(q)
@@ -60,7 +69,7 @@ def forward(
     out, up = _needle(d, y5, z6)
     tip = wrist + d.flange * y5 + (d.needle + insertion)[..., None] * out
     cy, sy = np.cos(d.base_yaw), np.sin(d.base_yaw)
-    return {
+    placed = {
         "I": _frame(
             _vector(1 + zero, zero, zero), _vector(zero, 1 + zero, zero), 0 * base
         ),
@@ -73,6 +82,7 @@ def forward(
         "6": _frame(x6, y5, wrist),
         "E": _frame(x6, up, tip),
     }
+    return placed | {body: placed[frame] for body, frame in BODIES.items()}
 
 
 def jacobian(

@@ -142,7 +142,8 @@ def _fit(args: argparse.Namespace) -> None:
         subject.arm, data, refined=args.refine, start=args.start, robust=args.robust
     )
     if args.urdf is not None:
-        args.urdf.write_text(_corrected(subject, found), encoding="utf-8")
+        text = _corrected(subject, found, args.urdf.parent)
+        args.urdf.write_text(text, encoding="utf-8")
         _say(f"{args.urdf}: joint origins corrected")
     document = as_document(found, data, args.robot, getattr(args, "argv", []))
     if args.out is not None:
@@ -153,11 +154,12 @@ def _fit(args: argparse.Namespace) -> None:
         sys.stdout.write(as_text(document))
 
 
-def _corrected(subject: "Subject", found: "Fit") -> str:
+def _corrected(subject: "Subject", found: "Fit", folder: Path) -> str:
     from borecheck.calibration.corrected_urdf import corrected_urdf
 
+    mesh_folders = (subject.folder, folder)
     return corrected_urdf(
-        subject.text, subject.tree, subject.arm, found.lines, subject.folder
+        subject.text, subject.tree, subject.arm, found.lines, mesh_folders
     )
 
 

@@ -21,7 +21,7 @@ def corrected_urdf(
     tree: UrdfTree,
     arm: SerialArm,
     lines: Lines,
-    folder: Path | None = None,
+    mesh_folders: tuple[Path, Path] | None = None,
 ) -> str:
     """URDF text in which the arm's joints turn about the found axes.
 
@@ -35,7 +35,8 @@ def corrected_urdf(
         tree: The robot.
         arm: The calibrated part of it.
         lines: The found axes at zero, in the arm's world frame.
-        folder: Where relative mesh names start; they become absolute. None leaves them.
+        mesh_folders: Where relative mesh names start, and where the text is written:
+            meshes that are not below it get absolute names. None leaves all names.
     """
     from lxml import etree
 
@@ -46,18 +47,20 @@ def corrected_urdf(
     elements = {e.get("name"): e for e in urdf_source.children(root, "joint")}
     for name, origin in corrected_origins(tree, arm, lines).items():
         _set_origin(elements[name], origin)
-    if folder is not None:
+    if mesh_folders is not None:
         for mesh in root.iter("mesh"):
-            mesh.set("filename", _absolute(mesh.get("filename", ""), folder))
+            mesh.set("filename", _renamed(mesh.get("filename", ""), *mesh_folders))
     note = f" joint origins of {arm.name} corrected by calibration "
     root.insert(0, etree.Comment(note))
     return etree.tostring(root, encoding="unicode", pretty_print=True) + "\n"
 
 
-def _absolute(name: str, folder: Path) -> str:
+def _renamed(name: str, old: Path, new: Path) -> str:
     if "://" in name or Path(name).is_absolute():
         return name
-    return str((folder / name).resolve())
+    mesh, folder = (old / name).resolve(), new.resolve()
+    # a name that climbs out of the folder is refused by careful readers
+    return str(mesh.relative_to(folder) if mesh.is_relative_to(folder) else mesh)
 
 
 def corrected_origins(tree: UrdfTree, arm: SerialArm, lines: Lines) -> dict[str, Array]:

@@ -149,7 +149,8 @@ def as_text(document: Mapping[str, Any]) -> str:
         lines.append(
             f"axis {axis['joint']}: {axis['samples']} samples over "
             f"{np.degrees(axis['arc_rad']):.1f} deg, radius "
-            f"{1e3 * axis['radius_m']:.1f} mm, rms {1e3 * axis['rms_m']:.4f} mm, {axis['iterations']} iterations"
+            f"{1e3 * axis['radius_m']:.1f} mm, rms "
+            f"{1e3 * axis['rms_m']:.4f} mm, {axis['iterations']} iterations"
         )
     if document["condition"] is not None:
         lines.append(f"condition number {document['condition']:.1f} (1 is best)")

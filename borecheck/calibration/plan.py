@@ -53,7 +53,8 @@ def plan(
     random = observe(arm, pool[:samples], target, sigma, poses)
     summary = (
         f"{samples} of {candidates}: target uncertain by "
-        f"{1e3 * after.tip_sigma:.4f} mm (condition {after.condition:.0f}); {samples} random ones: "
+        f"{1e3 * after.tip_sigma:.4f} mm (condition {after.condition:.0f}); "
+        f"{samples} random ones: "
         f"{1e3 * random.tip_sigma:.4f} mm (condition {random.condition:.0f}); weakest: "
         + ", ".join(after.weakest[:4])
     )
