@@ -241,7 +241,7 @@ def examine(  # type: ignore[no-untyped-def]
     values = np.zeros((2, len(parent)))
     straight = np.zeros(len(parent))
     # Of every waiting piece: first and last waypoint, place in the tree of runs and
-    # budget; fractions of its step; what is known of contact at its ends (-1: not asked).
+    # budget; fractions of its step; is there contact at its ends (-1: not asked).
     pieces = np.zeros((_DEPTH, 4), np.int64)
     fractions, at = np.zeros((_DEPTH, 2)), np.zeros((_DEPTH, 2), np.int8)
     pieces[0, 1], pieces[0, 2], pieces[0, 3] = len(theta) - 1, 1, FIRST_BUDGET

@@ -146,7 +146,7 @@ class Pair:
     @cached_property
     def undo(self) -> Array:
         """Inverse of the standing mesh's placement in its frame."""
-        return np.linalg.inv(self.standing.T_frame_mesh)
+        return np.array(np.linalg.inv(self.standing.T_frame_mesh), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,11 +169,17 @@ class Motion:
     bends: Array
     has_bend: NDArray[np.bool_]
 
+    def joints_at(self, time: float) -> Array:
+        """Joint values at a time in units of waypoints; waypoints are met exactly."""
+        first = min(int(time), len(self.theta) - 2)
+        if time == first + 1:
+            return self.theta[first + 1]
+        change = self.theta[first + 1] - self.theta[first]
+        return self.theta[first] + (time - first) * change
+
     def place(self, chain: Chain, time: float) -> Array:
         """T_world_frame (frames, 4, 4) at a time in units of waypoints."""
-        first = min(int(time), len(self.theta) - 2)
-        change = self.theta[first + 1] - self.theta[first]
-        theta = self.theta[first] + (time - first) * change
+        theta = self.joints_at(time)
         placed = np.zeros((chain.frame_count, 4, 4))
         path_kernels.place_all(
             theta, chain.parent, chain.origin, chain.kind, chain.axis, placed
@@ -200,11 +206,10 @@ def search(
         UsageError: No waypoint, wrong length, or numbers that are not finite.
         GeometryError: Farther from the origin than rounding bounds allow.
     """
-    points = _checked(problem.chain, waypoints)
     if not (np.isfinite(resolution) and resolution > 0.0):
         raise UsageError(f"resolution is {resolution}, not a distance in metres")
-    motion = _motion(problem, points)
-    timeline = Timeline(len(points) - 1.0)
+    motion = path_motion(problem, waypoints)
+    timeline = Timeline(len(motion.theta) - 1.0)
     for pair, way in zip(problem.pairs, problem.routes, strict=True):
         _examine(problem.chain, pair, way, motion, resolution, piece_limit, timeline)
     for pair, way in zip(problem.pairs, problem.routes, strict=True):
@@ -224,8 +229,15 @@ def _checked(chain: Chain, waypoints: ArrayLike) -> Array:
     return np.repeat(points, 2, axis=0) if len(points) == 1 else points
 
 
-def _motion(problem: PathProblem, points: Array) -> Motion:
+def path_motion(problem: PathProblem, waypoints: ArrayLike) -> Motion:
+    """The waypoints as joint values, checked.
+
+    Raises:
+        UsageError: No waypoint, wrong length, or numbers that are not finite.
+        GeometryError: Farther from the origin than rounding bounds allow.
+    """
     chain = problem.chain
+    points = _checked(chain, waypoints)
     theta = chain.thetas(points)
     largest = np.abs(theta).max(axis=0)
     reach = chain.extent(largest)

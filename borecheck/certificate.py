@@ -1,0 +1,214 @@
+"""A path certificate: what anyone needs to check again that a motion is clear.
+
+For every pair of surfaces the motion is covered by intervals. Each names an instant in
+it, a lower bound of the clearance at that instant, and an upper bound of how far any
+point of one surface moves against the other during the interval; the first exceeds the
+second by more than the margin, so the interval is clear. That is a cruder argument than
+the search's own (`path_search`), on purpose: it can be checked with a forward
+kinematics and a distance, and `certificate_check` does so sharing no code with it.
+
+Displacement. With the joints at q_m, let d_j be the largest distance of the surface's
+bounding box from the axis of joint j (1 for a sliding joint). Going from q_m to any q
+by changing the joints one after the other, from the standing surface's side on, every
+step turns the surface about one axis while all joints behind it still stand at q_m: it
+moves by at most |theta_j - theta_j,m| d_j. The sum bounds the whole displacement.
+
+Times count waypoints: 0 at the first, n - 1 at the last, straight in between.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.motion_bounds import FIXED, TURNS, WORLD, Chain, Route
+from borecheck.path_outcome import PathVerdict
+from borecheck.path_search import Body, Motion, Pair, PathProblem, path_motion
+
+Array = NDArray[np.float64]
+
+FORMAT = "borecheck path certificate"
+FORMAT_VERSION = 1
+# Intervals of one pair before giving up: a motion that grazes needs too many.
+MOST_INTERVALS = 5_000
+# By how much the clearance must exceed margin and displacement, [m].
+RESERVE = 1e-8
+
+
+def certificate(
+    problem: PathProblem, waypoints: ArrayLike, outcome: PathVerdict
+) -> dict[str, Any] | None:
+    """The certificate of a motion that `path_search.search` found clear.
+
+    Args:
+        problem: Who must not touch whom.
+        waypoints: The motion, (n, nq).
+        outcome: What the search said.
+
+    Returns:
+        Plain values for `json.dumps`, or None: the motion is not certified, holds an
+        open surface, or passes so near that it would need more than MOST_INTERVALS
+        intervals for a pair.
+    """
+    if not outcome.certified:
+        return None
+    if not all(body.topology.is_closed for body in _bodies(problem)):
+        return None
+    motion = path_motion(problem, waypoints)
+    pairs = []
+    for pair, way in zip(problem.pairs, problem.routes, strict=True):
+        intervals = _cover(problem.chain, pair, way, motion)
+        if intervals is None:
+            return None
+        pairs.append(_pair_record(problem, pair, intervals))
+    content = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "versions": {name: version(name) for name in ("borecheck", "numpy", "numba")},
+        "waypoints": np.array(waypoints, dtype=np.float64).tolist(),
+        "margin_m": problem.margin,
+        "chain": _chain_record(problem.chain),
+        "bodies": [_body_record(body) for body in _bodies(problem)],
+        "part_count": len(problem.parts),
+        "excluded": [list(pair) for pair in sorted(problem.excluded)],
+        "pairs": pairs,
+    }
+    return {**content, "sha256": digest(content)}
+
+
+def digest(content: dict[str, Any]) -> str:
+    """Hash of a certificate's content (without its own `sha256`)."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def write_certificate(
+    file: str | Path, document: dict[str, Any], problem: PathProblem
+) -> None:
+    """Writes a certificate, and beside it `<name>.npz` with the meshes it names."""
+    file = Path(file)
+    arrays: dict[str, Any] = {}
+    for body in _bodies(problem):
+        arrays[f"{body.mesh.sha256}.vertices"] = body.mesh.vertices
+        arrays[f"{body.mesh.sha256}.triangles"] = body.mesh.triangles
+    with file.with_suffix(".npz").open("wb") as stream:
+        np.savez_compressed(stream, **arrays)
+    file.write_text(json.dumps(document, indent=1), encoding="utf-8")
+
+
+def _bodies(problem: PathProblem) -> tuple[Body, ...]:
+    return (*problem.parts, *problem.obstacles)
+
+
+def _chain_record(chain: Chain) -> list[dict[str, Any]]:
+    kinds = {FIXED: "fixed", TURNS: "turns"}
+    return [
+        {
+            "parent": int(chain.parent[j]),
+            "origin": chain.origin[j].tolist(),
+            "kind": kinds.get(int(chain.kind[j]), "slides"),
+            "axis": chain.axis[j].tolist(),
+            "source": int(chain.source[j]),
+            "factor": float(chain.factor[j]),
+            "offset": float(chain.offset[j]),
+        }
+        for j in range(chain.frame_count)
+    ]
+
+
+def _body_record(body: Body) -> dict[str, Any]:
+    return {
+        "name": body.name,
+        "frame": body.frame,
+        "T_frame_mesh": body.T_frame_mesh.tolist(),
+        "mesh_sha256": body.mesh.sha256,
+    }
+
+
+def _pair_record(
+    problem: PathProblem, pair: Pair, intervals: list[list[float]]
+) -> dict[str, Any]:
+    bodies = _bodies(problem)
+    return {
+        "moving": bodies.index(pair.moving),
+        "standing": bodies.index(pair.standing),
+        "margin_m": pair.margin,
+        "columns": ["from", "to", "at", "clearance_m", "displacement_m"],
+        "intervals": intervals,
+    }
+
+
+def _cover(
+    chain: Chain, pair: Pair, way: Route, motion: Motion
+) -> list[list[float]] | None:
+    """Intervals that cover the motion, in order; None if there are too many."""
+    waiting = [(0.0, len(motion.theta) - 1.0)]
+    covered: list[list[float]] = []
+    tried = 0
+    while waiting:
+        begin, end = waiting.pop()
+        tried += 1
+        if tried > MOST_INTERVALS:
+            return None
+        middle = 0.5 * (begin + end)
+        placed = motion.place(chain, middle)
+        moved = _displacement(chain, pair, way, motion, placed, begin, middle, end)
+        T_b = pair.standing.T_frame_mesh
+        if pair.standing.frame != WORLD:
+            T_b = placed[pair.standing.frame]
+        T_a = placed[pair.moving.frame]
+        need = moved + pair.margin + 2.0 * RESERVE
+        answer = pair.moving.tree.within(pair.standing.tree, T_a, T_b, need)
+        if answer.verdict == "clear":
+            clearance = min(float(answer.lower), 2.0 * need)
+            covered.append([begin, end, middle, clearance, moved])
+        else:
+            waiting += [(middle, end), (begin, middle)]
+    return covered
+
+
+def _displacement(
+    chain: Chain,
+    pair: Pair,
+    way: Route,
+    motion: Motion,
+    placed: Array,
+    begin: float,
+    middle: float,
+    end: float,
+) -> float:
+    """Bound on how far any point of a moves against b from the middle, [m]."""
+    instants = [begin, *_waypoints_between(begin, end), end]
+    at = motion.joints_at(middle)
+    change = np.zeros(chain.frame_count)
+    for instant in instants:
+        change = np.maximum(change, np.abs(motion.joints_at(instant) - at))
+    corners = _box_corners(pair.moving) @ placed[pair.moving.frame, :3, :3].T
+    corners = corners + placed[pair.moving.frame, :3, 3]
+    total = 0.0
+    for j in way.joints:
+        if chain.kind[j] == FIXED or change[j] == 0.0:
+            continue
+        arm = 1.0
+        if chain.kind[j] == TURNS:
+            axis = placed[j, :3, :3] @ chain.axis[j]
+            from_axis = np.cross(corners - placed[j, :3, 3], axis)
+            arm = float(np.linalg.norm(from_axis, axis=1).max())
+        total += float(change[j]) * arm
+    return total * (1.0 + 1e-12) + 1e-12
+
+
+def _waypoints_between(begin: float, end: float) -> Iterator[float]:
+    first = int(np.floor(begin)) + 1
+    yield from (float(k) for k in range(first, int(np.ceil(end))))
+
+
+def _box_corners(body: Body) -> Array:
+    low, high = body.mesh.bounds
+    pick = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
+    return np.where(pick == 1, high, low)
