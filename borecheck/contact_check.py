@@ -7,13 +7,14 @@ What the numbers leave open is `unknown`.
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck import clearance, containment
 from borecheck.corridor import Corridor
+from borecheck.enlarge import Enlarged
 from borecheck.margin import (
     NO_MARGIN,
     OFFSET,
@@ -30,9 +31,10 @@ from borecheck.pair_search import (
     contacts,
     surface,
 )
+from borecheck.parts import Part
 from borecheck.placing import place_mesh
 from borecheck.robot import Robot
-from borecheck.scene import Scene
+from borecheck.scene import Obstacle, Scene
 from borecheck.verdict import (
     CLEAR,
     CONTACT,
@@ -98,11 +100,18 @@ class _Findings:
     contacts: list[TrianglePair]
     self_contacts: list[TrianglePair]
     contained: list[Containment]
+    punctured: set[tuple[str, str]] = field(default_factory=set)
     corridor_contacts: int = 0
     examined: int = 0
     total: int = 0
+    within_growth: list[tuple[str, str]] = field(default_factory=list)
     only_tolerance: bool = True
     crossing: bool = False
+
+    def count(self, found: Found, a: Surface, b: Surface) -> None:
+        """Adds the triangle pairs of one pair of surfaces."""
+        self.examined += found.examined
+        self.total += a.count * b.count
 
 
 @dataclass(frozen=True)
@@ -166,7 +175,9 @@ def check_with(
             robot, scene, placements, corridor, every_link=chosen.link_clearance
         )
     if not touching:
-        findings.contained += containment.all_contained(robot, scene, placements)
+        findings.contained += containment.all_contained(
+            robot, scene, placements, findings.punctured
+        )
     answer = _decide(findings, chosen, closest)
     if answer.verdict == CLEAR and chosen.checker in ONE_SIDED:
         answer = _asked_again(robot, scene, placements, chosen, corridor, answer)
@@ -202,27 +213,62 @@ def _examine_obstacles(
     corridor: Corridor | None,
     findings: _Findings,
 ) -> None:
-    security = chosen.margin.size if chosen.margin.kind == SECURITY else 0.0
-    for name, link, part, back in _grown_parts(robot, placements, chosen.margin):
-        T = placements[link]
+    for part, own, grown in _grown_parts(robot, placements, chosen.margin):
+        T = placements[part.link]
         for obstacle in scene.obstacles:
-            other = surface(obstacle.mesh)
-            found = contacts(
-                part, T, other, WORLD, chosen.checker, chosen.pruning, security
-            )
-            findings.examined += found.examined
-            findings.total += part.count * other.count
-            keep = np.ones(len(found.pairs), dtype=bool)
-            if corridor is not None and robot.may_enter(link, obstacle.role):
-                placed = place_mesh(T, part.mesh)
-                keep = ~corridor.allows(placed, obstacle.mesh, found.pairs)
-                findings.corridor_contacts += int((~keep).sum())
-            _note(findings, found, keep, part, T, other)
-            pairs = found.pairs[keep]
-            if back is not None:
-                mapped = np.column_stack([back[pairs[:, 0]], pairs[:, 1]])
-                pairs = np.unique(mapped, axis=0)
-            findings.contacts += pairs_of(name, obstacle.name, pairs)
+            if corridor is not None and robot.may_enter(part.link, obstacle.role):
+                _examine_puncture(part, T, obstacle, chosen, corridor, findings)
+            else:
+                _examine_pair(part, own, grown, T, obstacle, chosen, findings)
+
+
+def _examine_pair(
+    part: Part,
+    own: Surface,
+    grown: Enlarged | None,
+    T: Array,
+    obstacle: Obstacle,
+    chosen: Settings,
+    findings: _Findings,
+) -> None:
+    """A part, grown or not, against an obstacle."""
+    other = surface(obstacle.mesh)
+    security = chosen.margin.size if chosen.margin.kind == SECURITY else 0.0
+    found = contacts(own, T, other, WORLD, chosen.checker, chosen.pruning, security)
+    findings.count(found, own, other)
+    _note(findings, found, np.ones(len(found.pairs), dtype=bool), own, T, other)
+    pairs = found.pairs
+    if grown is not None:
+        if len(pairs) == 0 and containment.lies_in_grown(grown, T, other):
+            findings.within_growth.append((part.mesh.name, obstacle.name))
+        pairs = np.unique(
+            np.column_stack([grown.source[pairs[:, 0]], pairs[:, 1]]), axis=0
+        )
+    findings.contacts += pairs_of(part.mesh.name, obstacle.name, pairs)
+
+
+def _examine_puncture(
+    part: Part,
+    T: Array,
+    obstacle: Obstacle,
+    chosen: Settings,
+    corridor: Corridor,
+    findings: _Findings,
+) -> None:
+    """The needle against the patient: what lies in the plan's corridor is meant.
+
+    No margin here: the needle is to touch, and only there.
+    """
+    own, other = surface(part.mesh), surface(obstacle.mesh)
+    found = contacts(own, T, other, WORLD, chosen.checker, chosen.pruning)
+    findings.count(found, own, other)
+    meant = corridor.allows(place_mesh(T, part.mesh), obstacle.mesh, found.pairs)
+    if meant.any():
+        findings.corridor_contacts += int(meant.sum())
+        findings.punctured.add((part.mesh.name, obstacle.name))
+    _note(findings, found, ~meant, own, T, other)
+    pairs = found.pairs[~meant]
+    findings.contacts += pairs_of(part.mesh.name, obstacle.name, pairs)
 
 
 def _examine_self(
@@ -236,8 +282,7 @@ def _examine_self(
         a, b = surface(first.mesh), surface(second.mesh)
         T_a, T_b = placements[first.link], placements[second.link]
         found = contacts(a, T_a, b, T_b, chosen.checker, chosen.pruning)
-        findings.examined += found.examined
-        findings.total += a.count * b.count
+        findings.count(found, a, b)
         _note(findings, found, np.ones(len(found.pairs), bool), a, T_a, b, T_b)
         findings.self_contacts += pairs_of(
             first.mesh.name, second.mesh.name, found.pairs
@@ -246,14 +291,14 @@ def _examine_self(
 
 def _grown_parts(
     robot: Robot, placements: dict[str, Array], margin: Margin
-) -> Iterator[tuple[str, str, Surface, NDArray[np.int64] | None]]:
-    """Name, link, surface, and the map back to the part's own triangles if grown."""
+) -> Iterator[tuple[Part, Surface, Enlarged | None]]:
+    """Every part with the surface to examine, and what it grew to if enlarged."""
     for part in robot.parts:
         if margin.enlarges:
-            mesh, back = enlarged(part.mesh, margin, placements[part.link][:3, :3])
-            yield part.mesh.name, part.link, surface(mesh), back
+            grown = enlarged(part.mesh, margin, placements[part.link][:3, :3])
+            yield part, surface(grown.mesh), grown
         else:
-            yield part.mesh.name, part.link, surface(part.mesh), None
+            yield part, surface(part.mesh), None
 
 
 def _note(
@@ -291,6 +336,10 @@ def _decide(findings: _Findings, chosen: Settings, closest: Closest | None) -> _
     if inside:
         reason = f"{inside[0].link}: {inside[0].reason}"
         return _Answer(CONTACT, reason, ("contained",))
+    if findings.within_growth:
+        part, obstacle = findings.within_growth[0]
+        reason = f"{obstacle} lies wholly within the margin of {part}"
+        return _Answer(CONTACT, reason, ("within_margin",))
     if closest is None:
         return _Answer(UNKNOWN, "there is no obstacle to be clear of")
     answer = _clearance_answer(chosen, closest)

@@ -1,12 +1,16 @@
 """Solids wholly inside others, which no triangle test can see, for robot and scene."""
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.enlarge import Enlarged
 from borecheck.pair_search import Surface, surface
 from borecheck.placing import place_mesh, placed_bounds
 from borecheck.robot import Robot
 from borecheck.scene import Scene
+from borecheck.se3 import inverse
 from borecheck.solid import contained
 from borecheck.verdict import UNKNOWN, Containment
 
@@ -14,17 +18,29 @@ Array = NDArray[np.float64]
 
 
 def all_contained(
-    robot: Robot, scene: Scene, placements: dict[str, Array]
+    robot: Robot,
+    scene: Scene,
+    placements: dict[str, Array],
+    punctured: Collection[tuple[str, str]] = (),
 ) -> list[Containment]:
     """Pairs of which one holds the other, or for which that cannot be told.
 
     Surfaces must be known not to meet. Open meshes give `unknown` unless the bounding
     boxes answer for them.
+
+    Args:
+        robot: The robot.
+        scene: The scene.
+        placements: T_scene_link of every link.
+        punctured: Names of part and obstacle whose surfaces meet as planned: what is
+            inside there is the needle in its corridor.
     """
     found = []
     for part in robot.parts:
         a = surface(part.mesh)
         for obstacle in scene.obstacles:
+            if (part.mesh.name, obstacle.name) in punctured:
+                continue
             b = surface(obstacle.mesh)
             found += _ask(part.mesh.name, obstacle.name, a, placements[part.link], b)
     for i, j in robot.self_pairs:
@@ -33,6 +49,33 @@ def all_contained(
         a, b = surface(first.mesh), surface(second.mesh)
         found += _ask(first.mesh.name, second.mesh.name, a, T_a, b, T_b)
     return found
+
+
+def lies_in_grown(grown: Enlarged, T_world_part: Array, obstacle: Surface) -> bool:
+    """Whether a component of the obstacle lies in the grown part, surfaces apart.
+
+    No triangle test sees it: a small obstacle between a part and the surface of what
+    the part grew to. The surfaces must be known not to meet.
+    """
+    low, high = placed_bounds(T_world_part, grown.mesh.bounds)
+    if not _has_component_within(obstacle, low, high):
+        return False
+    T_part_world = inverse(T_world_part)
+    near = np.stack(placed_bounds(T_part_world, obstacle.mesh.bounds))
+    return any(
+        contained(
+            place_mesh(T_world_part, solid), obstacle.mesh, None, obstacle.topology
+        ).kind
+        == "b_in_a"
+        for solid in grown.solids(near)
+    )
+
+
+def _has_component_within(obstacle: Surface, low: Array, high: Array) -> bool:
+    corners = obstacle.mesh.corners
+    outside = ~((corners >= low) & (corners <= high)).all(axis=(1, 2))
+    component = obstacle.topology.component
+    return bool(np.unique(component[outside]).size < component.max() + 1)
 
 
 def _ask(

@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.enlarge import Enlarged, enlarge
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.mesh import TriangleMesh
 
@@ -70,25 +71,13 @@ def margin_for(checker: str, size: float, kind: str | None = None) -> Margin:
 
 def enlarged(
     mesh: TriangleMesh, margin: Margin, R_world_link: NDArray[np.float64]
-) -> tuple[TriangleMesh, NDArray[np.int64]]:
-    """The link's mesh grown by the margin, in the link's frame, with a map back.
-
-    Returns:
-        The grown mesh, and for each of its triangles a triangle of the original.
-    """
+) -> Enlarged:
+    """The link's mesh grown by the margin, in the link's frame, with a map back."""
     if margin.kind == ENLARGE_BODY:
         return _in_body_axes(mesh, margin.size)
-    from borecheck.enlarge import enlarge
-
-    grown = enlarge(mesh, margin.size, R_world_link.T)
-    return grown.mesh, grown.source
+    return enlarge(mesh, margin.size, R_world_link.T)
 
 
 @lru_cache(maxsize=256)
-def _in_body_axes(
-    mesh: TriangleMesh, size: float
-) -> tuple[TriangleMesh, NDArray[np.int64]]:
-    from borecheck.enlarge import enlarge
-
-    grown = enlarge(mesh, size)
-    return grown.mesh, grown.source
+def _in_body_axes(mesh: TriangleMesh, size: float) -> Enlarged:
+    return enlarge(mesh, size)

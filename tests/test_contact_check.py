@@ -148,6 +148,17 @@ def test_enlarged_arm_meets_what_is_nearer_along_the_axis(arm, checker):
     assert less.verdict == "clear"
 
 
+@pytest.mark.parametrize("kind", ["enlarge-axes", "enlarge-axes:world"])
+@pytest.mark.parametrize("checker", ["exact", "two-sided", "paper", "coal"])
+def test_a_speck_wholly_within_the_enlargement_is_contact(arm, checker, kind):
+    """It lies between the arm and the surface the arm grew to: no surfaces meet."""
+    speck = scene_of(block(0.06, size=0.002))
+    grown = bc.check(arm, speck, [0.0], checker=checker, margin=0.02, margin_kind=kind)
+    assert grown.verdict == "contact"
+    assert grown.contacts == ()
+    assert "wholly within the margin" in grown.reason
+
+
 def test_security_margin_is_coals(arm):
     scene = scene_of(block(0.1))
     assert bc.check(arm, scene, [0.0], checker="coal", margin=0.06).verdict == "contact"
