@@ -45,7 +45,7 @@ def forward(
 
     Returns:
         {frame: T_I_frame}, (4, 4) or (n, 4, 4): I, W (the paper's world: on the floor
-        under axis 1), 1..6 (turning with joints 1..6), E (needle tip, z the needle), and
+        under axis 1), 1..6 (turning with joints 1..6), E (the tip, z the needle), and
         the bodies by their links' names.
     """
     d = from_arguments(arguments, perturbed)

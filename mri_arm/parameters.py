@@ -45,7 +45,7 @@ def nominal(d: Dimensions | None = None) -> dict[str, float]:
     return values
 
 
-def chain(q: ArrayLike, parameters: Mapping[str, float]) -> Array:
+def chain(q: ArrayLike, parameters: Mapping[str, ArrayLike]) -> Array:
     """The last joint's frame in the paper's world, T_W_6, (4, 4) or (n, 4, 4).
 
     Frame 6 has its origin where axis 6 passes axis 5 closest, the wrist centre of the
@@ -53,7 +53,7 @@ def chain(q: ArrayLike, parameters: Mapping[str, float]) -> Array:
 
     Args:
         q: q1..q6 [rad], (6,) or (n, 6).
-        parameters: By name, all 24, [m] and [rad].
+        parameters: By name, all 24, numbers or (n,), [m] and [rad].
     """
     q = np.asarray(q, dtype=np.float64)
     T = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4))
