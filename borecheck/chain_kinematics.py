@@ -184,13 +184,23 @@ def _joint_parts(chain: Chain) -> Floats:
     return parts
 
 
+@njit(**_KERNEL, forceinline=True)
+def _local_row(parts, k, r, b, c):  # type: ignore[no-untyped-def]
+    """Row r of T_parent_child of joint k: its constants weighed with 1, b and c."""
+    return (
+        parts[k, 0, r, 0] + b * parts[k, 1, r, 0] + c * parts[k, 2, r, 0],
+        parts[k, 0, r, 1] + b * parts[k, 1, r, 1] + c * parts[k, 2, r, 1],
+        parts[k, 0, r, 2] + b * parts[k, 1, r, 2] + c * parts[k, 2, r, 2],
+        parts[k, 0, r, 3] + b * parts[k, 1, r, 3] + c * parts[k, 2, r, 3],
+    )
+
+
 @njit(**_KERNEL)
 def _place(  # type: ignore[no-untyped-def]
     parents, kinds, sources, multipliers, offsets, parts, root, qs, wanted, placements
 ):
     """Fills placements (n, wanted, 4, 4); see `Chain`."""
     frames = np.zeros((len(parents) + 1, 3, 4))
-    local = np.zeros((3, 4))
     frames[0] = root[:3]
     for i in range(len(qs)):
         for k in range(len(parents)):
@@ -202,13 +212,9 @@ def _place(  # type: ignore[no-untyped-def]
                 # Of the half angle: 1 - cos has no cancellation near 0.
                 sine, cosine = math.sin(0.5 * b), math.cos(0.5 * b)
                 b, c = 2.0 * sine * cosine, 2.0 * sine * sine
-            for r in range(3):
-                for s in range(4):
-                    local[r, s] = (
-                        parts[k, 0, r, s]
-                        + b * parts[k, 1, r, s]
-                        + c * parts[k, 2, r, s]
-                    )
+            u = _local_row(parts, k, 0, b, c)
+            v = _local_row(parts, k, 1, b, c)
+            w = _local_row(parts, k, 2, b, c)
             parent = parents[k]
             for r in range(3):
                 x, y, z = (
@@ -216,13 +222,13 @@ def _place(  # type: ignore[no-untyped-def]
                     frames[parent, r, 1],
                     frames[parent, r, 2],
                 )
-                for s in range(4):
-                    frames[k + 1, r, s] = (
-                        x * local[0, s] + y * local[1, s] + z * local[2, s]
-                    )
-                frames[k + 1, r, 3] += frames[parent, r, 3]
-        for w in range(len(wanted)):
+                t = frames[parent, r, 3]
+                frames[k + 1, r, 0] = x * u[0] + y * v[0] + z * w[0]
+                frames[k + 1, r, 1] = x * u[1] + y * v[1] + z * w[1]
+                frames[k + 1, r, 2] = x * u[2] + y * v[2] + z * w[2]
+                frames[k + 1, r, 3] = x * u[3] + y * v[3] + z * w[3] + t
+        for f in range(len(wanted)):
             for r in range(3):
                 for s in range(4):
-                    placements[i, w, r, s] = frames[wanted[w], r, s]
-            placements[i, w, 3, 3] = 1.0
+                    placements[i, f, r, s] = frames[wanted[f], r, s]
+            placements[i, f, 3, 3] = 1.0
