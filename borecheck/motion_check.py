@@ -53,7 +53,6 @@ class MotionVerdict:
         first_contact: Fraction of the first contact seen, or None.
         worst: Index of the sample with contact or the smallest clearance.
         waypoints: The configurations the motion goes through, (k, n).
-        certificate: The certificate to write out, or None.
         not_covered: What neither samples nor certificate cover.
     """
 
@@ -68,7 +67,6 @@ class MotionVerdict:
     first_contact: float | None
     worst: int
     waypoints: tuple[tuple[float, ...], ...]
-    certificate: dict[str, Any] | None = None
     not_covered: tuple[str, ...] = ()
 
 

@@ -6,12 +6,14 @@ one pair that the certificate leaves out and says so.
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact_check import Settings
 from borecheck.corridor import Corridor
+from borecheck.errors import UsageError
 from borecheck.margin import OFFSET
 from borecheck.motion_bounds import FIXED, SLIDES, TURNS, WORLD, Chain
 from borecheck.motion_check import (
@@ -184,8 +186,6 @@ def certified(
     """
     if chosen.checker not in CERTIFIABLE or chosen.margin.kind != OFFSET:
         return sampled
-    from borecheck.certificate import certificate
-
     problem = path_problem(robot, scene, chosen.margin.size, corridor)
     outcome = search(problem, points)
     first = outcome.first_contact
@@ -202,9 +202,41 @@ def certified(
         certified=clear,
         intervals=tuple(Interval(s.start, s.end, s.verdict) for s in outcome.intervals),
         first_contact=first[0] if first and verdict == CONTACT else None,
-        certificate=certificate(problem, points, outcome) if clear else None,
         not_covered=_left_out(problem),
     )
+
+
+def write_path_certificate(
+    robot: Robot,
+    scene: Scene,
+    waypoints: ArrayLike,
+    margin: float,
+    file: Path,
+    corridor: Corridor | None = None,
+) -> None:
+    """Writes what anyone needs to check again that a motion is clear.
+
+    The file is JSON; beside it `<name>.npz` holds the meshes it speaks of.
+    `borecheck verify` checks both, sharing no code with the search.
+
+    Raises:
+        UsageError: The motion is not proven clear, or has no certificate of a size
+            that anybody would check.
+    """
+    from borecheck.certificate import certificate, write_certificate
+
+    points = checked_waypoints(robot, waypoints)
+    problem = path_problem(robot, scene, margin, corridor)
+    outcome = search(problem, points)
+    if outcome.verdict != CLEAR:
+        raise UsageError(f"there is no certificate to write: {outcome.reason}")
+    document = certificate(problem, points, outcome)
+    if document is None:
+        raise UsageError(
+            "there is no certificate to write: a surface is open, or the motion passes "
+            "so near that thousands of intervals would be needed"
+        )
+    write_certificate(file, document, problem)
 
 
 def _left_out(problem: PathProblem) -> tuple[str, ...]:

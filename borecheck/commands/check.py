@@ -56,7 +56,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="samples only: a motion without contact stays unknown",
     )
     parser.add_argument(
-        "--certificate", type=Path, metavar="FILE", help="write the certificate there"
+        "--certificate",
+        type=Path,
+        metavar="FILE",
+        help="write the certificate of a clear --path there (and FILE's .npz)",
     )
     common.add_output(parser)
 
@@ -64,6 +67,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Checks, prints, and returns 0 clear, 1 contact, 2 unknown."""
     check_outputs(args)
+    if args.certificate is not None and args.path is None:
+        raise UsageError("--certificate goes with --path")
     from borecheck.compiled import announce_compilation
 
     announce_compilation()
@@ -90,7 +95,6 @@ def run(args: argparse.Namespace) -> int:
         from borecheck.report.display import display_block
 
         document["display"] = display_block(robot, scene, document)
-    _write_certificate(args, document)
     emit(args, document, check_text)
     if document.get("interrupted"):
         return ExitStatus.INTERRUPTED
@@ -121,12 +125,14 @@ def _pose(
 def _path(
     args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
 ) -> dict[str, Any]:
-    from borecheck.path_check import check_motion
+    from borecheck.path_check import check_motion, write_path_certificate
     from borecheck.path_file import read_path
     from borecheck.progress import Progress
     from borecheck.report.document import motion_block
 
     waypoints = read_path(args.path, robot.model.joint_names)
+    if args.certificate is not None and args.no_certificate:
+        raise UsageError("--certificate and --no-certificate exclude each other")
     motion = check_motion(
         robot,
         scene,
@@ -136,6 +142,9 @@ def _path(
         certify=not args.no_certificate,
         progress=Progress("poses"),
     )
+    if args.certificate is not None:
+        margin = chosen.margin.size
+        write_path_certificate(robot, scene, waypoints, margin, args.certificate)
     return motion_block(motion, robot.model.joint_names)
 
 
@@ -213,17 +222,3 @@ def _one_plan(
         "reachable": True,
         **motion_block(answer, robot.model.joint_names),
     }
-
-
-def _write_certificate(args: argparse.Namespace, document: dict[str, Any]) -> None:
-    if args.certificate is None:
-        return
-    certificate = document.get("certificate")
-    if certificate is None:
-        raise UsageError(
-            "there is no certificate to write: "
-            f"{document['reason']} (certificates are for one --path that is clear)"
-        )
-    from borecheck.report.document import dumps, write_whole
-
-    write_whole(args.certificate, dumps(certificate))

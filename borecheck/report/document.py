@@ -149,7 +149,6 @@ def motion_block(motion: "MotionVerdict", joint_names: Sequence[str]) -> dict[st
                 dict(zip(joint_names, q, strict=True)) for q in motion.waypoints
             ],
         },
-        "certificate": motion.certificate,
     }
 
 

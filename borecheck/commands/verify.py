@@ -1,0 +1,50 @@
+"""`borecheck verify`: checks a path certificate again, by code of its own."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("certificate", type=Path, help="the certificate (JSON)")
+    parser.add_argument(
+        "--meshes",
+        type=Path,
+        default=None,
+        metavar="FILE",
+        help="the meshes it speaks of (default: the .npz file beside it)",
+    )
+    parser.add_argument("--format", choices=("text", "json"), default="text")
+
+
+def run(args: argparse.Namespace) -> int:
+    """0 if every statement was confirmed, 1 if not, 2 if there is no such file."""
+    from borecheck.certificate_check import verify
+    from borecheck.errors import InputError
+    from borecheck.exit_status import ExitStatus
+
+    if not args.certificate.is_file():
+        raise InputError(args.certificate, "there is no such file")
+    answer = verify(args.certificate, args.meshes)
+    if args.format == "json":
+        document = {
+            "schema_version": "1",
+            "command": "verify",
+            "accepted": answer.accepted,
+            "problems": list(answer.problems),
+            "intervals": answer.intervals,
+            "pairs": answer.pairs,
+            "not_covered": [list(pair) for pair in answer.not_covered],
+        }
+        sys.stdout.write(json.dumps(document, indent=1) + "\n")
+    else:
+        mark = "ACCEPTED" if answer.accepted else "REJECTED"
+        lines = [
+            f"{mark}: {answer.intervals} intervals of {answer.pairs} pairs checked"
+        ]
+        lines += [f"  {problem}" for problem in answer.problems]
+        lines += [f"  not covered: {a} against {b}" for a, b in answer.not_covered]
+        sys.stdout.write("\n".join(lines) + "\n")
+    return ExitStatus.CLEAN if answer.accepted else ExitStatus.FINDINGS
