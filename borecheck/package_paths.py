@@ -196,7 +196,7 @@ def _without_empty_package(
 def _near_miss(tried: list[Path]) -> Path | None:
     for path in tried:
         if "\\" in str(path):
-            straight = Path(str(path).replace("\\", "/"))
+            straight = Path(os.path.normpath(str(path).replace("\\", "/")))
             if _is(straight, Path.is_file):
                 return straight
         other = _other_case(path)

@@ -19,7 +19,9 @@ MAX_BYTES = 50_000_000  # the largest public URDF is below 2 MB
 MAX_DEPTH = 64  # a URDF needs 5 levels, with ros2_control and Gazebo 10
 MAX_ELEMENTS = 500_000
 
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(inf|nan)\w*", re.I)
+_NUMBER = re.compile(
+    r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(inf|nan)[a-z]*", re.I | re.A
+)
 _VERSION = re.compile(rb"""(<\?xml[^>]*?version\s*=\s*["'])([^"']*)(["'])""")
 
 
@@ -236,11 +238,11 @@ def _mend_version(raw: bytes) -> tuple[bytes, tuple[SourceDefect, ...]]:
 def _parse(raw: bytes, file: str) -> tuple[Any, tuple[SourceDefect, ...]]:
     from lxml import etree
 
+    parser = _parser(recover=False)
     try:
-        return etree.fromstring(raw, _parser(recover=False)), ()
+        return etree.fromstring(raw, parser), ()
     except etree.XMLSyntaxError as error:
-        entries: Any = error.error_log
-        log = list(entries)
+        log = list(parser.error_log)  # the error's own log holds older errors too
         if not log or not all(e.domain_name == "NAMESPACE" for e in log):
             raise _syntax_error(error, file) from error
     except ValueError as error:

@@ -66,9 +66,11 @@ def remote_centre_missed(robot: Robot) -> Iterator[Hit]:
     """
     motion = motion_of(robot)
     for centre in robot.options.remote_centres:
-        problem = motion and _unknown(robot, motion, [centre.frame], centre.joints)
-        if motion is None or problem:
-            yield Hit(robot.root, problem or "the robot cannot be moved")
+        if motion is None:
+            return  # no tree: other findings say so
+        problem = _unknown(robot, motion, [centre.frame], centre.joints)
+        if problem:
+            yield Hit(robot.root, problem)
             continue
         poses = _poses(robot, motion, centre.joints, [centre.frame])
         point = np.array([*centre.point, 1.0])
@@ -116,9 +118,11 @@ def loop_open(robot: Robot) -> Iterator[Hit]:
     motion = motion_of(robot)
     for loop in robot.options.loops:
         ends = [loop.first, loop.second]
-        problem = motion and _unknown(robot, motion, ends, ())
-        if motion is None or problem:
-            yield Hit(robot.root, problem or "the robot cannot be moved")
+        if motion is None:
+            return  # no tree: other findings say so
+        problem = _unknown(robot, motion, ends, ())
+        if problem:
+            yield Hit(robot.root, problem)
             continue
         poses = _poses(robot, motion, tuple(motion.ranges), ends)
         gaps = [np.linalg.norm(p[ends[0]][:3, 3] - p[ends[1]][:3, 3]) for p in poses]
@@ -163,9 +167,11 @@ def tool_axis_missed(robot: Robot) -> Iterator[Hit]:
     motion = motion_of(robot)
     for tool in robot.options.tool_axes:
         frames = [tool.frame, tool.base]
-        problem = motion and _unknown(robot, motion, frames, tool.joints)
-        if motion is None or problem:
-            yield Hit(robot.root, problem or "the robot cannot be moved")
+        if motion is None:
+            return  # no tree: other findings say so
+        problem = _unknown(robot, motion, frames, tool.joints)
+        if problem:
+            yield Hit(robot.root, problem)
             continue
         base = tool.base or motion.root
         poses = _poses(robot, motion, tool.joints, [tool.frame, base])

@@ -33,7 +33,7 @@ class Coverage:
         farthest: Largest distance of a visual point from the collision, [m].
         beyond: Largest distance of a collision point from the visual's box, [m].
         visual_size: Diagonal of the box around the visual, [m].
-        is_elsewhere: Whether next to nothing of the visual is covered.
+        is_elsewhere: Whether next to nothing is covered, and the middles lie apart.
     """
 
     share: float
@@ -71,9 +71,9 @@ def _coverage(robot: Robot, link: DraftLink) -> Coverage | None:
     over = np.linalg.norm(
         np.maximum(0.0, np.maximum(low - others, others - high)), axis=1
     )
-    return Coverage(
-        share, float(distance.max()), float(over.max()), size, bool(share < 0.02)
-    )
+    apart = np.linalg.norm(0.5 * (low + high) - 0.5 * (others.min(0) + others.max(0)))
+    elsewhere = bool(share < 0.02 and apart > 0.25 * size)
+    return Coverage(share, float(distance.max()), float(over.max()), size, elsewhere)
 
 
 def _same_shapes(visuals: list[DraftShape], collisions: list[DraftShape]) -> bool:

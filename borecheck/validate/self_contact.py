@@ -115,10 +115,6 @@ def self_contact(robot: Robot) -> Iterator[Hit]:
         )
         level = None if kind == ALWAYS or home else Severity.INFO
         yield Hit(robot.link_named[pair[1]].element, message, None, level)
-    never = sum(table.kind(pair) == NEVER for pair in table.counts)
-    text = f"{never} pairs never touched in {table.samples} configurations"
-    bound = f"each touches in at most {table.bound:.2g} of them (95 %)"
-    yield Hit(robot.root, f"{text}: {bound}", None, Severity.INFO)
 
 
 def _trees(robot: Robot) -> tuple[dict[str, Any], tuple[str, ...]]:
