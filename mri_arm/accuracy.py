@@ -57,25 +57,27 @@ def pulses() -> Array:
 def repeatability(
     q: ArrayLike,
     reading: str = "one sigma of even quantisation, root of squares",
-    **arguments: str | float,
+    needle_mount: str = "along",
 ) -> Array:
     """Uncertainty of the needle tip from the encoders along x, y, z, (3,), [m].
 
     Args:
         q: q1..q6, (6,), [rad].
         reading: One of `READINGS`.
-        **arguments: As for `kinematics.forward`.
+        needle_mount: "along" or "square".
     """
     factor, squares = READINGS[reading]
-    J = jacobian(np.append(np.asarray(q, dtype=np.float64), 0.0), **arguments)
+    J = jacobian(
+        np.append(np.asarray(q, dtype=np.float64), 0.0), needle_mount=needle_mount
+    )
     shares = np.abs(J[:3, :6]) * factor * pulses()
     total = np.sqrt((shares**2).sum(axis=1)) if squares else shares.sum(axis=1)
     return np.asarray(total)
 
 
-def needle_in_hand(**arguments: str | float) -> Array:
+def needle_in_hand(needle_mount: str = "along") -> Array:
     """The needle tip in frame 6 with the insertion at 0, (3,), [m]."""
-    d: Dimensions = from_arguments(arguments)
+    d: Dimensions = from_arguments({"needle_mount": needle_mount})
     lean = 0.5 * np.pi * d.tool_square
     return np.array([0.0, d.flange + d.needle * np.cos(lean), -d.needle * np.sin(lean)])
 
@@ -106,7 +108,7 @@ def spread(
     joint_sigma: ArrayLike,
     rng: np.random.Generator,
     draws: int = 20000,
-    **arguments: str | float,
+    needle_mount: str = "along",
 ) -> Spread:
     """Spread of the needle tip from uncertain parameters and joint values, in W.
 
@@ -116,15 +118,16 @@ def spread(
         joint_sigma: Standard deviations of q1..q6, (6,), [rad].
         rng: For the Monte Carlo road.
         draws: How many.
-        **arguments: As for `kinematics.forward`.
+        needle_mount: "along" or "square".
     """
     q = np.asarray(q, dtype=np.float64)
     C = np.asarray(parameter_covariance, dtype=np.float64)
     sigma = np.asarray(joint_sigma, dtype=np.float64)
-    tool = needle_in_hand(**arguments)
+    tool = needle_in_hand(needle_mount)
     A = parameter_jacobian(q, tool)
-    T_I_W = forward(np.zeros(7), **arguments)["W"]
-    J = T_I_W[:3, :3].T @ jacobian(np.append(q, 0.0), **arguments)[:3, :6]
+    R_I_W = forward(np.zeros(7))["W"][:3, :3]
+    J_I = jacobian(np.append(q, 0.0), needle_mount=needle_mount)[:3, :6]
+    J = np.asarray(R_I_W.T @ J_I)
     first = A @ C @ A.T + (J * sigma**2) @ J.T
     drawn = rng.multivariate_normal(np.zeros(len(NAMES)), C, draws)
     values = {n: nominal()[n] + drawn[:, i] for i, n in enumerate(NAMES)}
