@@ -1,0 +1,1 @@
+"""How likely is contact, when joints, dimensions and registration are not exact?"""
