@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from borecheck.comparison import compare as compare
     from borecheck.contact_check import check as check
     from borecheck.errors import BorecheckError as BorecheckError
+    from borecheck.many_poses import first_contacts as first_contacts
+    from borecheck.path_check import check_path as check_path
     from borecheck.robot import load_robot as load_robot
     from borecheck.scene import load_scene as load_scene
 
@@ -26,7 +28,9 @@ _HOMES = {
     "BorecheckError": "borecheck.errors",
     "MeshTree": "borecheck.bvh",
     "check": "borecheck.contact_check",
+    "check_path": "borecheck.path_check",
     "compare": "borecheck.comparison",
+    "first_contacts": "borecheck.many_poses",
     "load_robot": "borecheck.robot",
     "load_scene": "borecheck.scene",
 }

@@ -147,6 +147,30 @@ class RobotModel:
             raise JointLimitError(f"{self.name}: " + "; ".join(broken))
         return q
 
+    def beyond_limits(self, qs: Array) -> NDArray[np.bool_]:
+        """Which configurations (n, joints) break a limit, of mimic joints too, (n,)."""
+        beyond = np.zeros(len(qs), dtype=bool)
+        for joint in self._moving:
+            lower, upper = _limits(joint)
+            source, factor, offset = self.driver(joint.name, joint.type)
+            value = factor * qs[:, source] + offset
+            beyond |= value < lower - LIMIT_TOLERANCE
+            beyond |= value > upper + LIMIT_TOLERANCE
+        return beyond
+
+    def driver(self, name: str, kind: str) -> tuple[int, float, float]:
+        """Which entry of q drives a joint, with factor and offset.
+
+        (-1, 1, 0) for a fixed joint. A joint that mimics one that cannot move stands
+        still: factor 0.
+        """
+        if kind == "fixed":
+            return -1, 1.0, 0.0
+        leader, factor, offset = self._follows.get(name, (name, 1.0, 0.0))
+        if leader not in self.joint_names:
+            return 0, 0.0, offset
+        return self.joint_names.index(leader), factor, offset
+
     def positions(self, q: ArrayLike) -> dict[str, float]:
         """Position of every moving joint, mimic joints expanded, [rad] or [m]."""
         q = self.check_configuration(q)
@@ -183,10 +207,6 @@ class RobotModel:
         if len(drawn) < count:
             raise JointLimitError(f"{self.name}: mimic joints leave no configuration")
         return np.array(drawn).reshape(count, len(self.free_joints))
-
-    def follow(self, name: str) -> tuple[str, float, float]:
-        """(leader, multiplier, offset) of a moving joint; (itself, 1, 0) if free."""
-        return tuple(self._follows.get(name, (name, 1.0, 0.0)))  # type: ignore[return-value]
 
 
 def _limits(joint: Joint) -> tuple[float, float]:

@@ -60,6 +60,13 @@ class Surface:
         return cached_topology(self.mesh)
 
     @cached_property
+    def representatives(self) -> Array:
+        """One corner of every connected component, (k, 3), in the mesh's frame."""
+        component = self.topology.component
+        _, first = np.unique(component, return_index=True)
+        return self.mesh.vertices[self.mesh.triangles[first, 0]]
+
+    @cached_property
     def coal(self) -> CoalMesh:
         """Coal's own model."""
         return CoalMesh(self.mesh)

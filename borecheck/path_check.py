@@ -96,7 +96,7 @@ def chain_of(robot: Robot) -> tuple[dict[str, int], Chain]:
         for index in below.get(link, ()):
             joint = model.tree.joints[index]
             frame_of[joint.child] = len(rows)
-            source, factor, offset = _driver(robot, joint.name, joint.type)
+            source, factor, offset = model.driver(joint.name, joint.type)
             kind = {"fixed": FIXED, "prismatic": SLIDES}.get(joint.type, TURNS)
             row = (frame_of[link], joint.origin, kind, joint.axis)
             rows.append((*row, source, factor, offset))
@@ -111,16 +111,6 @@ def chain_of(robot: Robot) -> tuple[dict[str, int], Chain]:
         np.array(factors),
         np.array(offsets),
     )
-
-
-def _driver(robot: Robot, name: str, kind: str) -> tuple[int, float, float]:
-    """Entry of q that drives a joint, factor and offset; -1 for a fixed joint."""
-    if kind == "fixed":
-        return -1, 1.0, 0.0
-    leader, factor, offset = robot.model.follow(name)
-    if leader not in robot.model.joint_names:  # it mimics a joint that cannot move
-        return 0, 0.0, offset
-    return robot.model.joint_names.index(leader), factor, offset
 
 
 def check_motion(

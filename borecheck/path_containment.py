@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from borecheck.bvh_build import CHILD_ROW, WIDTH
 from borecheck.motion_bounds import WORLD, Chain, Route, displacement, gains
 from borecheck.path_outcome import Timeline
-from borecheck.solid import _ON_SURFACE, _winding_number
+from borecheck.solid import _ON_SURFACE, winding_number
 from borecheck.swept_boxes import EXTENT
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def _held(inner: "Body", outer: "Body", T_outer_inner: Array) -> str:
         tree = outer.tree
         leaves = along_ray(tree.nodes, tree.frames[0], tree.depth, p)
         point = (float(p[0]), float(p[1]), float(p[2]))
-        winding = _winding_number(point, tree.corners[leaves])
+        winding = winding_number(point, tree.corners[leaves])
         if winding == _ON_SURFACE:
             return f"{inner.name} touches {outer.name}"
         if winding != 0:

@@ -88,7 +88,7 @@ def is_inside(point: ArrayLike, mesh: TriangleMesh) -> Side:
     p = np.array(point, dtype=np.float64)
     if p.shape != (3,) or not np.isfinite(p).all():
         raise GeometryError(f"{point!r} is no point of three finite numbers")
-    return _side(p, mesh)
+    return side_of(p, mesh)
 
 
 def topology(mesh: TriangleMesh) -> Topology:
@@ -216,7 +216,7 @@ def _held(
         if not outer_topology.is_closed:
             reason = f"{outer.name} is open: what it holds cannot be told"
             return Containment("unknown", reason, point)
-        side = _side(point, outer)
+        side = side_of(point, outer)
         if side is Side.ON_SURFACE:
             reason = f"{inner.name} touches {outer.name}: ask for contact first"
             return Containment("unknown", reason, point)
@@ -266,18 +266,19 @@ def _parts_within(
     return first[~outside]
 
 
-def _side(point: NDArray[np.float64], mesh: TriangleMesh) -> Side:
+def side_of(point: NDArray[np.float64], mesh: TriangleMesh) -> Side:
+    """As `is_inside`, of a mesh that is known to be closed."""
     if (point < mesh.bounds[0]).any() or (point > mesh.bounds[1]).any():
         return Side.OUTSIDE
     x, y, z = (float(number) for number in point)
-    winding = _winding_number((x, y, z), mesh.corners.reshape(-1, 9))
+    winding = winding_number((x, y, z), mesh.corners.reshape(-1, 9))
     if winding == _ON_SURFACE:
         return Side.ON_SURFACE
     return Side.INSIDE if winding != 0 else Side.OUTSIDE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _winding_number(p: Point, corners: NDArray[np.float64]) -> int:
+def winding_number(p: Point, corners: NDArray[np.float64]) -> int:
     """Signed crossings of the ray from p along +x; _ON_SURFACE if p is on the mesh."""
     x, y, z = p
     winding = 0
