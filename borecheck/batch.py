@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 Ids = NDArray[np.int64]
 
 # Triangle pairs found at first without asking again for more room.
-_FIRST_ROOM = 4096
+_FIRST_ROOM = 2048
 _NOTHING = np.zeros((0, bvh_query.FOUND_COLUMNS), np.int64)
 
 
@@ -137,12 +137,12 @@ class MovingLinks:
         count, room = _FIRST_ROOM, 0
         while count > room:
             room = count
-            found = np.zeros((room, bvh_query.FOUND_COLUMNS), np.int64)
+            found = np.empty((room, bvh_query.FOUND_COLUMNS), np.int64)
             count = self._search(placements, 0, end, code, bvh_query.ALL, hits, found)
         found = found[:count]
         found[:, 2] = self.links.order[found[:, 2]]
         found[:, 3] = self.others.order[found[:, 3]]
-        return found[np.lexsort(found.T[::-1])]
+        return found[np.lexsort((found[:, 3], found[:, 2], found[:, 1], found[:, 0]))]
 
     def clearances(
         self, placements: ArrayLike, relative_tolerance: float = 0.0, threads: int = 1

@@ -311,7 +311,7 @@ class MeshTree:
         code = narrowphase_code(narrowphase)
         room = 1 if task == bvh_query.FIRST else _FIRST_ROOM
         while True:
-            found = np.zeros((room, bvh_query.FOUND_COLUMNS), np.int64)
+            found = np.empty((room, bvh_query.FOUND_COLUMNS), np.int64)
             count, examined, bad = bvh_query.search(
                 self.nodes,
                 self.corners,

@@ -37,9 +37,6 @@ from borecheck.se3 import ROTATION_TOLERANCE
 SHIFT = 9
 SLACK = 12
 RELATION_SHAPE = (2, 13)
-# The float64 scratch of one pair: M and m, their inverse, R_b^-1.
-PAIR_SHAPE = (3, 3, 4)
-FORTH, BACK, UNDO_B = range(3)
 # Columns of the frames of trees: origin (3), largest coordinate, node 0.
 EXTENT, ROOT = 3, 4
 
@@ -93,113 +90,103 @@ def is_rigid(placements, i, j):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def is_identity(T):  # type: ignore[no-untyped-def]
-    """Whether a transform leaves every point where it is."""
-    same = True
-    for i in range(3):
-        for j in range(4):
-            same &= T[i, j] == (1.0 if i == j else 0.0)
-    return same
+def motion_of(T):  # type: ignore[no-untyped-def]
+    """A (3, 4) transform as twelve numbers: its matrix row by row, then its shift.
+
+    Numbers, not arrays: what is written piece by piece and read back as a vector
+    stalls the processor for longer than the arithmetic takes.
+    """
+    x, y = (T[0, 0], T[0, 1], T[0, 2]), (T[1, 0], T[1, 1], T[1, 2])
+    z = (T[2, 0], T[2, 1], T[2, 2])
+    return (*x, *y, *z, T[0, 3], T[1, 3], T[2, 3])
 
 
 @njit(**INLINE)
-def relate(T_a, T_b, b_is_world, frames_a, a, frames_b, b, inflate, pair, relation):  # type: ignore[no-untyped-def]
-    """Fills row 0 of a relation, which takes boxes of a into the frame of b.
+def is_identity(T):  # type: ignore[no-untyped-def]
+    """Whether a motion leaves every point where it is."""
+    turned = abs(T[0] - 1.0) + abs(T[4] - 1.0) + abs(T[8] - 1.0)
+    turned += abs(T[1]) + abs(T[2]) + abs(T[3]) + abs(T[5]) + abs(T[6]) + abs(T[7])
+    return turned + abs(T[9]) + abs(T[10]) + abs(T[11]) == 0.0
+
+
+@njit(**INLINE)
+def turn(M, x, y, z):  # type: ignore[no-untyped-def]
+    """The matrix of a motion times a vector."""
+    return (
+        M[0] * x + M[1] * y + M[2] * z,
+        M[3] * x + M[4] * y + M[5] * z,
+        M[6] * x + M[7] * y + M[8] * z,
+    )
+
+
+@njit(**INLINE)
+def undo(M):  # type: ignore[no-untyped-def]
+    """The inverse of a motion that is near rigid, its matrix by cofactors."""
+    a, b = M[4] * M[8] - M[5] * M[7], M[5] * M[6] - M[3] * M[8]
+    c = M[3] * M[7] - M[4] * M[6]
+    s = 1.0 / (M[0] * a + M[1] * b + M[2] * c)
+    R = (
+        s * a,
+        s * (M[2] * M[7] - M[1] * M[8]),
+        s * (M[1] * M[5] - M[2] * M[4]),
+        s * b,
+        s * (M[0] * M[8] - M[2] * M[6]),
+        s * (M[2] * M[3] - M[0] * M[5]),
+        s * c,
+        s * (M[1] * M[6] - M[0] * M[7]),
+        s * (M[0] * M[4] - M[1] * M[3]),
+    )
+    x, y, z = turn(R, M[9], M[10], M[11])
+    return (*R, -x, -y, -z)
+
+
+@njit(**INLINE)
+def relate(T_a, T_b, b_is_world, frames_a, a, frames_b, b):  # type: ignore[no-untyped-def]
+    """M and m of the module's text, twelve numbers.
 
     Args:
-        T_a: Placement of mesh a, (4, 4).
-        T_b: Placement of mesh b.
+        T_a: Motion of mesh a.
+        T_b: Motion of mesh b.
         b_is_world: Whether that is the identity.
         frames_a: Of trees, (k, 5).
         a: Which of them.
         frames_b: As frames_a.
         b: As a.
-        inflate: Boxes nearer than this count as meeting, [m].
-        pair: Scratch; M and m are filled.
-        relation: (2, 13), float32.
     """
-    reach = abs(frames_b[b, 0]) + abs(frames_b[b, 1]) + abs(frames_b[b, 2])
-    for i in range(3):
-        reach += abs(frames_a[a, i]) + abs(T_a[i, 3]) + abs(T_b[i, 3])
-        for j in range(3):
-            pair[FORTH, i, j] = T_a[i, j]
-        pair[FORTH, i, 3] = (
-            T_a[i, 0] * frames_a[a, 0]
-            + T_a[i, 1] * frames_a[a, 1]
-            + T_a[i, 2] * frames_a[a, 2]
-            + (T_a[i, 3] - T_b[i, 3])
-        )
+    x, y, z = turn(T_a, frames_a[a, 0], frames_a[a, 1], frames_a[a, 2])
+    x += T_a[9] - T_b[9]
+    y += T_a[10] - T_b[10]
+    z += T_a[11] - T_b[11]
+    M = (T_a[0], T_a[1], T_a[2], T_a[3], T_a[4], T_a[5], T_a[6], T_a[7], T_a[8])
     if not b_is_world:
-        for i in range(3):
-            for j in range(3):
-                pair[BACK, i, j] = T_b[i, j]
-        _invert(pair, BACK, UNDO_B)
-        _multiply(pair, UNDO_B, FORTH, BACK)
-        for i in range(3):
-            for j in range(4):
-                pair[FORTH, i, j] = pair[BACK, i, j]
+        back = undo(T_b)
+        x, y, z = turn(back, x, y, z)
+        p0, p1, p2 = turn(back, M[0], M[3], M[6])
+        q0, q1, q2 = turn(back, M[1], M[4], M[7])
+        r0, r1, r2 = turn(back, M[2], M[5], M[8])
+        M = (p0, q0, r0, p1, q1, r1, p2, q2, r2)
+    return (*M, x - frames_b[b, 0], y - frames_b[b, 1], z - frames_b[b, 2])
+
+
+@njit(**INLINE)
+def slack_of(M, T_a, T_b, frames_a, a, frames_b, b, inflate):  # type: ignore[no-untyped-def]
+    """What every comparison allows: roundings, and `inflate` [m] if that is not 0."""
     size = frames_a[a, EXTENT] + frames_b[b, EXTENT]
-    for i in range(3):
-        pair[FORTH, i, 3] -= frames_b[b, i]
-        size += abs(pair[FORTH, i, 3])
+    size += abs(M[9]) + abs(M[10]) + abs(M[11])
+    reach = abs(frames_a[a, 0]) + abs(frames_a[a, 1]) + abs(frames_a[a, 2])
+    reach += abs(frames_b[b, 0]) + abs(frames_b[b, 1]) + abs(frames_b[b, 2])
+    reach += abs(T_a[9]) + abs(T_a[10]) + abs(T_a[11])
+    reach += abs(T_b[9]) + abs(T_b[10]) + abs(T_b[11])
     slack = _BOX_UNIT * size + _WORLD_UNIT * (size + reach) + inflate * _RIGID
-    relation[0, SLACK] = F32(slack * 1.000001 + _SMALLEST)
-    relation[1, SLACK] = relation[0, SLACK]
-    _round(pair, FORTH, relation, 0)
+    return F32(slack * 1.000001 + _SMALLEST)
 
 
 @njit(**INLINE)
-def relate_back(pair, relation):  # type: ignore[no-untyped-def]
-    """Fills row 1 of a relation, which takes boxes of b into the frame of a."""
-    _invert(pair, FORTH, BACK)
-    for i in range(3):
-        pair[BACK, i, 3] = -(
-            pair[BACK, i, 0] * pair[FORTH, 0, 3]
-            + pair[BACK, i, 1] * pair[FORTH, 1, 3]
-            + pair[BACK, i, 2] * pair[FORTH, 2, 3]
-        )
-    _round(pair, BACK, relation, 1)
-
-
-@njit(**INLINE)
-def _invert(pair, source, target):  # type: ignore[no-untyped-def]
-    """The inverse of a 3x3 matrix near a rotation, by cofactors."""
-    for j in range(3):
-        p, q = (j + 1) % 3, (j + 2) % 3
-        for i in range(3):
-            r, s = (i + 1) % 3, (i + 2) % 3
-            pair[target, i, j] = (
-                pair[source, p, r] * pair[source, q, s]
-                - pair[source, p, s] * pair[source, q, r]
-            )
-    scale = 1.0 / (
-        pair[source, 0, 0] * pair[target, 0, 0]
-        + pair[source, 0, 1] * pair[target, 1, 0]
-        + pair[source, 0, 2] * pair[target, 2, 0]
-    )
-    for i in range(3):
-        for j in range(3):
-            pair[target, i, j] *= scale
-
-
-@njit(**INLINE)
-def _multiply(pair, left, right, target):  # type: ignore[no-untyped-def]
-    """Target = the 3x3 part of left times the whole of right."""
-    for i in range(3):
-        for j in range(4):
-            pair[target, i, j] = (
-                pair[left, i, 0] * pair[right, 0, j]
-                + pair[left, i, 1] * pair[right, 1, j]
-                + pair[left, i, 2] * pair[right, 2, j]
-            )
-
-
-@njit(**INLINE)
-def _round(pair, source, relation, row):  # type: ignore[no-untyped-def]
-    for i in range(3):
-        for j in range(3):
-            relation[row, 3 * i + j] = F32(pair[source, i, j])
-        relation[row, SHIFT + i] = F32(pair[source, i, 3])
+def keep_relation(M, slack, row, relation):  # type: ignore[no-untyped-def]
+    """Row 0 takes boxes of a into the frame of b (M), row 1 back (its inverse)."""
+    for i in range(12):
+        relation[row, i] = F32(M[i])
+    relation[row, SLACK] = slack
 
 
 @njit(**INLINE)
@@ -222,7 +209,7 @@ def set_probe(box, relation, row, probe):  # type: ignore[no-untyped-def]
 
     Args:
         box: Centre and half extents in the frame of its own tree.
-        relation: See `relate`.
+        relation: See `keep_relation`.
         row: The row that takes the box into the frame of the opened tree.
         probe: (19,), float32.
     """

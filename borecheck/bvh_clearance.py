@@ -14,15 +14,17 @@ from numba import njit
 from borecheck.bvh_boxes import (
     INLINE,
     KERNEL,
-    PAIR_SHAPE,
     RELATION_SHAPE,
     ROOT,
     child_box,
     copy_placement,
     is_identity,
+    keep_relation,
+    motion_of,
     relate,
-    relate_back,
     set_probe,
+    slack_of,
+    undo,
 )
 from borecheck.bvh_build import CHILD_ROW, F32, WIDTH
 from borecheck.bvh_lanes import PROBE_COLUMNS, gap_mask
@@ -252,7 +254,7 @@ def nearest(  # type: ignore[no-untyped-def]
             pairs; filled from begin to end. Poses whose UPPER is 0 are left as they
             are.
     """
-    pair, relation = np.zeros(PAIR_SHAPE), np.zeros(RELATION_SHAPE, F32)
+    relation = np.zeros(RELATION_SHAPE, F32)
     T_a, T_b = np.zeros((3, 4)), np.zeros((3, 4))
     room = stack_room(depths)
     stack, bounds = np.zeros((room, 2), np.int64), np.zeros(room, F32)
@@ -268,9 +270,12 @@ def nearest(  # type: ignore[no-untyped-def]
             a, b = pairs[k, 0], pairs[k, 1]
             copy_placement(placements_a, i, a, T_a)
             copy_placement(placements_b, i if b_moves else 0, b, T_b)
-            b_is_world = is_identity(T_b)
-            relate(T_a, T_b, b_is_world, frames_a, a, frames_b, b, 0.0, pair, relation)
-            relate_back(pair, relation)
+            motion_a, motion_b = motion_of(T_a), motion_of(T_b)
+            b_is_world = is_identity(motion_b)
+            M = relate(motion_a, motion_b, b_is_world, frames_a, a, frames_b, b)
+            slack = slack_of(M, motion_a, motion_b, frames_a, a, frames_b, b, 0.0)
+            keep_relation(M, slack, 0, relation)
+            keep_relation(undo(M), slack, 1, relation)
             root_a, root_b = int(frames_a[a, ROOT]), int(frames_b[b, ROOT])
             if stop < 0.0:
                 guess(

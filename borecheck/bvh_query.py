@@ -15,17 +15,19 @@ from numba import njit
 from borecheck.bvh_boxes import (
     INLINE,
     KERNEL,
-    PAIR_SHAPE,
     RELATION_SHAPE,
     ROOT,
     child_box,
     copy_placement,
     is_identity,
     is_rigid,
+    keep_relation,
+    motion_of,
     relate,
-    relate_back,
     roots_apart,
     set_probe,
+    slack_of,
+    undo,
 )
 from borecheck.bvh_build import CHILD_ROW, F32, WIDTH
 from borecheck.bvh_lanes import PROBE_COLUMNS, overlap_mask
@@ -39,8 +41,6 @@ FIRST, ALL, BOXES = 0, 1, 2
 NO_PAIR = -1
 # Columns of what is found: pose, pair of meshes, leaf of a, leaf of b.
 FOUND_COLUMNS = 4
-
-_NO_TRIANGLE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @njit(**INLINE)
@@ -59,6 +59,13 @@ def all_rigid(placements, i):  # type: ignore[no-untyped-def]
     for j in range(placements.shape[1]):
         rigid &= is_rigid(placements, i, j)
     return rigid
+
+
+@njit(**INLINE)
+def keep_triangle(triangle, kept):  # type: ignore[no-untyped-def]
+    """Writes a triangle into (1, 9): the next leaf of b often asks for it again."""
+    for i in range(9):
+        kept[0, i] = triangle[i]
 
 
 @njit(**KERNEL)
@@ -94,11 +101,12 @@ def search(  # type: ignore[no-untyped-def]
         first pose with a placement that is not rigid, or -1.
     """
     children_a, children_b = nodes_a.view(np.int32), nodes_b.view(np.int32)
-    pair, relation = np.zeros(PAIR_SHAPE), np.zeros(RELATION_SHAPE, F32)
+    relation = np.zeros(RELATION_SHAPE, F32)
     T_a, T_b = np.zeros((3, 4)), np.zeros((3, 4))
     stack = np.zeros((stack_room(depths), 2), np.int64)
-    probe = np.zeros(PROBE_COLUMNS, F32)
+    probe, kept = np.zeros(PROBE_COLUMNS, F32), np.zeros((1, 9))
     count, examined = 0, 0
+    standing = -1
     if not b_moves and not all_rigid(placements_b, 0):
         return count, examined, 0
     for i in range(begin, end):
@@ -110,17 +118,24 @@ def search(  # type: ignore[no-untyped-def]
         for k in range(len(pairs)):
             mesh_a, mesh_b = pairs[k, 0], pairs[k, 1]
             copy_placement(placements_a, i, mesh_a, T_a)
-            copy_placement(placements_b, i if b_moves else 0, mesh_b, T_b)
-            b_is_world = is_identity(T_b)
-            relate(
-                T_a, T_b, b_is_world, frames_a, mesh_a, frames_b, mesh_b, inflate,
-                pair, relation,
-            )  # fmt: skip
+            motion_a = motion_of(T_a)
+            if b_moves or mesh_b != standing:
+                standing = mesh_b
+                copy_placement(placements_b, i if b_moves else 0, mesh_b, T_b)
+            motion_b = motion_of(T_b)
+            b_is_world = is_identity(motion_b)
+            M = relate(
+                motion_a, motion_b, b_is_world, frames_a, mesh_a, frames_b, mesh_b
+            )
+            slack = slack_of(
+                M, motion_a, motion_b, frames_a, mesh_a, frames_b, mesh_b, inflate
+            )
+            keep_relation(M, slack, 0, relation)
             root_a, root_b = int(frames_a[mesh_a, ROOT]), int(frames_b[mesh_b, ROOT])
             if roots_apart(nodes_a, root_a, nodes_b, root_b, relation):
                 continue
-            relate_back(pair, relation)
-            placed, alpha = -1, _NO_TRIANGLE
+            keep_relation(undo(M), slack, 1, relation)
+            placed = -1
             stack[0, 0], stack[0, 1] = 8 * root_a, 8 * root_b
             top = 1
             while top > 0:
@@ -133,7 +148,8 @@ def search(  # type: ignore[no-untyped-def]
                     if task != BOXES:
                         if placed != ~node_a:
                             placed = ~node_a
-                            alpha = place_triangle(T_a, corners_a, placed)
+                            keep_triangle(place_triangle(T_a, corners_a, placed), kept)
+                        alpha = triangle_row(kept, 0)
                         if b_is_world:
                             beta = triangle_row(corners_b, ~node_b)
                         else:
