@@ -13,7 +13,6 @@ from borecheck.batch import MovingLinks
 from borecheck.chain_kinematics import FIXED, PRISMATIC, REVOLUTE, Chain
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.pair_search import Surface, surface
-from borecheck.placing import place_vertices
 from borecheck.robot import Robot
 from borecheck.scene import Scene
 from borecheck.solid import winding_number
@@ -52,8 +51,8 @@ def first_contacts(
     if batch.itself is not None:
         found |= batch.itself.first_contacts(placements, narrowphase, threads)
     if containment:
-        for k in np.flatnonzero(~found):
-            found[k] = batch.holds(placements[k])
+        open_poses = np.flatnonzero(~found)
+        found[open_poses] = batch.holds(placements[open_poses])
     return found
 
 
@@ -104,18 +103,20 @@ class PoseBatch:
         """T_scene_part of every configuration, (n, parts, 4, 4)."""
         return self._chain.placements(qs, self._frames, self._T_scene_root)
 
-    def holds(self, T_scene_parts: Array) -> bool:
-        """Whether a solid holds another at one pose, surfaces known not to meet."""
-        for part, T in zip(self._parts, T_scene_parts, strict=True):
+    def holds(self, T_scene_parts: Array) -> NDArray[np.bool_]:
+        """Whether a solid holds another, pose by pose, surfaces known not to meet."""
+        found = np.zeros(len(T_scene_parts), dtype=bool)
+        for i, part in enumerate(self._parts):
+            T = T_scene_parts[:, i]
+            T_part_scene = _inverses(T)
             for other in self._others:
-                if _one_holds(part, T, other, np.eye(4)):
-                    return True
-        return any(
-            _one_holds(
-                self._parts[i], T_scene_parts[i], self._parts[j], T_scene_parts[j]
-            )
-            for i, j in self._self_pairs
-        )
+                found |= _held(part, T, other)
+                found |= _held(other, T_part_scene, part)
+        for i, j in self._self_pairs:
+            T_j_i = _inverses(T_scene_parts[:, j]) @ T_scene_parts[:, i]
+            found |= _held(self._parts[i], T_j_i, self._parts[j])
+            found |= _held(self._parts[j], _inverses(T_j_i), self._parts[i])
+        return found
 
 
 @lru_cache(maxsize=8)
@@ -155,26 +156,29 @@ def compiled_chain(robot: Robot) -> tuple[Chain, dict[str, int]]:
     return chain, frame_of
 
 
-def _one_holds(a: Surface, T_a: Array, b: Surface, T_b: Array) -> bool:
-    return _held(a, T_a, b, T_b) or _held(b, T_b, a, T_a)
+def _inverses(T: Array) -> Array:
+    """Inverses of rigid transforms (n, 4, 4)."""
+    R_back = np.swapaxes(T[:, :3, :3], 1, 2)
+    result = np.zeros_like(T)
+    result[:, :3, :3] = R_back
+    result[:, :3, 3] = -np.einsum("nij,nj->ni", R_back, T[:, :3, 3])
+    result[:, 3, 3] = 1.0
+    return result
 
 
-def _held(inner: Surface, T_inner: Array, outer: Surface, T_outer: Array) -> bool:
-    """Whether a component of inner lies in outer, or that cannot be ruled out.
+def _held(inner: Surface, T_outer_inner: Array, outer: Surface) -> NDArray[np.bool_]:
+    """Whether a component of inner lies in outer (or might, if that is open), (n,).
 
-    One corner of each component decides, because the surfaces do not meet; it is
-    taken into the frame of outer, which needs no placing then.
+    One corner of each component decides, because the surfaces do not meet.
     """
-    T_outer_inner = np.linalg.inv(T_outer) @ T_inner
-    points = place_vertices(T_outer_inner, inner.representatives)
+    found = np.zeros(len(T_outer_inner), dtype=bool)
     low, high = outer.mesh.bounds
-    for point in points:
-        if (point < low).any() or (point > high).any():
-            continue
-        if not outer.topology.is_closed:
-            return True
-        x, y, z = (float(value) for value in point)
-        rows = outer.mesh.corners.reshape(-1, 9)
-        if winding_number((x, y, z), rows) != 0:
-            return True
-    return False
+    rows = outer.mesh.corners.reshape(-1, 9)
+    for corner in inner.representatives:
+        points = T_outer_inner[:, :3, :3] @ corner + T_outer_inner[:, :3, 3]
+        within = ((points >= low) & (points <= high)).all(axis=1)
+        for k in np.flatnonzero(within & ~found):
+            x, y, z = (float(value) for value in points[k])
+            is_open = not outer.topology.is_closed
+            found[k] = is_open or winding_number((x, y, z), rows) != 0
+    return found
