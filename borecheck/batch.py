@@ -11,7 +11,9 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -110,8 +112,12 @@ class MovingLinks:
             UnknownNameError: No such narrowphase.
         """
         placements = self._checked(placements)
-        hits = np.full(len(placements), NO_PAIR, np.int64)
+        hits = np.empty(len(placements), np.int64)
         code = narrowphase_code(narrowphase)
+        if threads == 1:
+            end = len(placements)
+            self._search(placements, 0, end, code, bvh_query.FIRST, hits, _NOTHING)
+            return hits
 
         def run(begin: int, end: int) -> None:
             self._search(placements, begin, end, code, bvh_query.FIRST, hits, _NOTHING)
@@ -218,20 +224,15 @@ class MovingLinks:
         found: Ids,
     ) -> int:
         """Number of triangle pairs found; fills `hits` and `found`."""
+        moving = self.T_world_others is None
         count, _, bad = bvh_query.search(
-            self.links.nodes,
-            self.links.corners,
-            self.links.frames,
-            self.others.nodes,
-            self.others.corners,
-            self.others.frames,
-            self.pairs,
+            *self._trees,
             placements,
-            placements if self.T_world_others is None else self.T_world_others,
-            self.T_world_others is None,
+            placements if moving else self.T_world_others,
+            moving,
             begin,
             end,
-            self.links.depth + self.others.depth,
+            self._depths,
             code,
             task,
             0.0,
@@ -251,25 +252,31 @@ class MovingLinks:
         scale: float,
         answers: Floats,
     ) -> None:
+        moving = self.T_world_others is None
         bvh_clearance.nearest(
-            self.links.nodes,
-            self.links.corners,
-            self.links.frames,
-            self.others.nodes,
-            self.others.corners,
-            self.others.frames,
-            self.pairs,
+            *self._trees,
             placements,
-            placements if self.T_world_others is None else self.T_world_others,
-            self.T_world_others is None,
+            placements if moving else self.T_world_others,
+            moving,
             begin,
             end,
-            self.links.depth + self.others.depth,
+            self._depths,
             scale,
             math.inf,
             -1.0,
             answers,
         )
+
+    @cached_property
+    def _trees(self) -> tuple[NDArray[Any], ...]:
+        """What every kernel takes first."""
+        links, others = self.links, self.others
+        of_links = links.nodes, links.corners, links.frames
+        return (*of_links, others.nodes, others.corners, others.frames, self.pairs)
+
+    @cached_property
+    def _depths(self) -> int:
+        return self.links.depth + self.others.depth
 
     def _checked(self, placements: ArrayLike) -> Floats:
         """Placements as kernels take them: contiguous, float64, writable."""
