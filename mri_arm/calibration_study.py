@@ -56,8 +56,8 @@ class Case:
         sensors: Device by joint, "" for all others.
         variation_deg: Half width of the variation about the base points, [deg].
         full_circle: Base points 120 deg apart on every joint, limits ignored.
-        best_attitude: Whether the joints below stand so that the disc is large; else all
-            stand at zero.
+        best_attitude: Whether the joints below stand so that the disc is large; else
+            all stand at zero.
         encoder_pulses: Whether the turning joint is off by -1, 0 or +1 pulse.
     """
 
