@@ -6,7 +6,7 @@ from borecheck.validate.draft import DraftShape, Robot
 from borecheck.validate.extents import shape_extent
 from borecheck.validate.findings import Severity
 from borecheck.validate.mesh_coverage import coverage_of
-from borecheck.validate.mesh_facts import MeshFacts
+from borecheck.validate.mesh_facts import MeshFacts, bodies_of
 from borecheck.validate.mesh_files import mesh_shapes
 from borecheck.validate.mesh_reading import facts, mesh_of
 from borecheck.validate.registry import Hit, check
@@ -129,9 +129,11 @@ def mesh_several_bodies(robot: Robot) -> Iterator[Hit]:
 
     Libraries: MuJoCo, Bullet and Drake collide with the convex hull of the whole.
     """
-    for shape, found in _facts(robot):
-        if found.bodies > 1 and shape.kind == "collision":
-            message = f"{_named(shape)}: {found.bodies} pieces"
+    for shape in mesh_shapes(robot):
+        mesh = mesh_of(robot, shape) if shape.kind == "collision" else None
+        bodies = 1 if mesh is None else bodies_of(mesh)
+        if bodies > 1:
+            message = f"{_named(shape)}: {bodies} pieces with gaps between them"
             yield Hit(shape.shape, message, "filename")
 
 
