@@ -19,6 +19,7 @@ COMMANDS = {
     "fk": ("borecheck.commands.fk", "kinematics three ways: do they agree?"),
     "check": ("borecheck.commands.check", "will the robot touch anything?"),
     "compare": ("borecheck.commands.compare", "where do contact checkers differ, why?"),
+    "calibrate": ("borecheck.calibration.command", "identify a serial arm's axes"),
     "report": ("borecheck.commands.report", "a result as one HTML page"),
     "verify": ("borecheck.commands.verify", "re-check a path certificate"),
     "view": ("borecheck.commands.view", "live view in the browser"),
