@@ -163,9 +163,10 @@ def _determinants(
 
 
 def _gap(first: Array, second: Array) -> float:
+    from borecheck.placing import place_triangle
     from borecheck.triangle_distance import pair_distance
 
-    distance = pair_distance(
-        tuple(map(float, first.reshape(-1))), tuple(map(float, second.reshape(-1)))
-    )
-    return float(distance[0])
+    here = np.eye(4)
+    a = place_triangle(here, np.ascontiguousarray(first.reshape(1, 9)), 0)
+    b = place_triangle(here, np.ascontiguousarray(second.reshape(1, 9)), 0)
+    return float(pair_distance(a, b)[0])

@@ -165,7 +165,8 @@ class ScannerDescription(Description):
 def hook(reference: str) -> Callable[..., Any]:
     """The function that a text `module:function` names, imported now."""
     module, _, function = reference.partition(":")
-    return getattr(import_module(module), function)  # type: ignore[no-any-return]
+    found: Callable[..., Any] = getattr(import_module(module), function)
+    return found
 
 
 def installed_names(group: str) -> list[str]:
