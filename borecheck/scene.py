@@ -1,4 +1,4 @@
-"""What stands around the robot: scanner, couch, patient, obstacles, with their roles."""
+"""What stands around the robot: scanner, couch, patient, obstacles, by role."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence

@@ -66,7 +66,7 @@ def test_a_plain_contact_that_two_sided_misses_has_no_excuse():
 
 
 def test_signs_lost_to_rounding_are_named_so(rng):
-    """A corner a hair from a plane: float64 forms the sign of a value it cannot hold."""
+    """A corner a hair from a plane: the sign of a value that float64 cannot hold."""
     found = set()
     for _ in range(3000):
         a = rng.normal(size=(3, 3))

@@ -67,7 +67,7 @@ BOX = box("w", (1, 1, 1)).triangles
 
 
 def test_refusals(zerobot, ct_gantry):
-    with pytest.raises(JointLimitError, match="configuration 1: .*q1"):
+    with pytest.raises(JointLimitError, match=r"configuration 1: .*q1"):
         bc.first_contacts(zerobot, ct_gantry, [[0.0] * 6, [9.0, 0, 0, 0, 0, 0]])
     with pytest.raises(UsageError):
         bc.first_contacts(zerobot, ct_gantry, [0.0] * 6)
