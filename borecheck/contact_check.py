@@ -50,9 +50,6 @@ Array = NDArray[np.float64]
 
 WORLD = np.eye(4)
 
-# They miss contacts by design, so their word alone makes nothing clear.
-ONE_SIDED = ("paper:robot", "paper:scanner")
-
 
 @dataclass(frozen=True)
 class Settings:
@@ -179,7 +176,7 @@ def check_with(
             robot, scene, placements, findings.punctured
         )
     answer = _decide(findings, chosen, closest)
-    if answer.verdict == CLEAR and chosen.checker in ONE_SIDED:
+    if answer.verdict == CLEAR and chosen.checker != "exact":
         answer = _asked_again(robot, scene, placements, chosen, corridor, answer)
     return Verdict(
         verdict=answer.verdict,
@@ -260,15 +257,29 @@ def _examine_puncture(
     No margin here: the needle is to touch, and only there.
     """
     own, other = surface(part.mesh), surface(obstacle.mesh)
+    placed = place_mesh(T, part.mesh)
     found = contacts(own, T, other, WORLD, chosen.checker, chosen.pruning)
     findings.count(found, own, other)
-    meant = corridor.allows(place_mesh(T, part.mesh), obstacle.mesh, found.pairs)
-    if meant.any():
-        findings.corridor_contacts += int(meant.sum())
-        findings.punctured.add((part.mesh.name, obstacle.name))
+    meant = corridor.allows(placed, obstacle.mesh, found.pairs)
+    findings.corridor_contacts += int(meant.sum())
     _note(findings, found, ~meant, own, T, other)
     pairs = found.pairs[~meant]
     findings.contacts += pairs_of(part.mesh.name, obstacle.name, pairs)
+    met = found.pairs
+    if (
+        chosen.checker != "exact"
+    ):  # whose word on where the needle goes in is not enough
+        met = contacts(own, T, other, WORLD).pairs
+        meant = corridor.allows(placed, obstacle.mesh, met)
+    if len(met) == 0:
+        return
+    findings.punctured.add((part.mesh.name, obstacle.name))
+    stray = corridor.stray(placed, obstacle.mesh, other.topology)
+    if stray is not None and meant.all():
+        state = "a_in_b" if stray.certain else UNKNOWN
+        findings.contained.append(
+            Containment(part.mesh.name, obstacle.name, state, stray.reason)
+        )
 
 
 def _examine_self(
@@ -355,7 +366,8 @@ def _contact_answer(findings: _Findings, chosen: Settings) -> _Answer:
     listed = ", ".join(f"{a} with {b}" for a, b in names[:3])
     more = f" and {len(names) - 3} more" if len(names) > 3 else ""
     qualifiers = []
-    if chosen.margin.size > 0.0 and findings.contacts:
+    # with `offset` the triangles that are found meet as they are, margin or not
+    if chosen.margin.size > 0.0 and chosen.margin.kind != OFFSET and findings.contacts:
         qualifiers.append("within_margin")
     elif findings.only_tolerance:
         qualifiers.append("within_tolerance")
@@ -396,16 +408,19 @@ def _asked_again(
     corridor: Corridor | None,
     answer: _Answer,
 ) -> _Answer:
-    """The answer of a one-sided checker, after the exact one was asked the same."""
-    judge = Settings("exact", "bvh", chosen.margin)
+    """The answer of another checker than `exact`, after that was asked the same."""
+    margin = NO_MARGIN if chosen.margin.kind == SECURITY else chosen.margin
+    judge = Settings("exact", "bvh", margin)
     seen = _Findings([], [], [])
     _examine_obstacles(robot, scene, placements, judge, corridor, seen)
     _examine_self(robot, placements, judge, seen)
-    missed = [*seen.contacts, *seen.self_contacts]
+    missed = [(pair.link, pair.obstacle) for pair in seen.contacts]
+    missed += [(pair.link, pair.obstacle) for pair in seen.self_contacts]
+    missed += seen.within_growth
     if not missed:
         return answer
     return _Answer(
         UNKNOWN,
-        f"{chosen.checker} sees no contact, but exact sees {missed[0].link} meet "
-        f"{missed[0].obstacle}; its blind spots are in docs/contact.md",
+        f"{chosen.checker} sees no contact, but exact sees {missed[0][0]} meet "
+        f"{missed[0][1]}; its blind spots are in docs/contact.md",
     )

@@ -6,12 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.mesh import TriangleMesh
+from borecheck.solid import Side, Topology, side_of
 
 Array = NDArray[np.float64]
 
 # The needle leaves a hole in the skin that is a little wider than itself, and a mesh
 # of the skin is off by about this much where triangles are large. Assumed.
 SLACK = 2e-3
+
+
+@dataclass(frozen=True)
+class Stray:
+    """The needle is in the patient where it should not be, or that cannot be told."""
+
+    reason: str
+    certain: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +73,54 @@ class Corridor:
         allowed = np.zeros(len(pairs), dtype=bool)
         for k, (i, j) in enumerate(pairs):
             points = common_points(needle.corners[i], patient.corners[j])
-            allowed[k] = len(points) > 0 and bool(self.holds(points).all())
+            # a segment has two ends; one of them alone says nothing of the other
+            allowed[k] = len(points) > 1 and bool(self.holds(points).all())
         return allowed
+
+    def stray(
+        self, needle: TriangleMesh, patient: TriangleMesh, topology: Topology
+    ) -> Stray | None:
+        """Where the needle is in the patient, but not in the corridor; None: nowhere.
+
+        Surfaces say where the needle goes in, not where its tip is. All crossings
+        must be known to lie in the corridor; what is inside of each triangle is then
+        spanned by crossings and corners, so it is enough to look at the corners.
+
+        Args:
+            needle: The needle, placed.
+            patient: The patient, placed.
+            topology: The patient's.
+        """
+        corners = np.unique(needle.corners.reshape(-1, 3), axis=0)
+        aside = corners[~self.holds(corners)]
+        low, high = patient.bounds
+        near = ((aside >= low) & (aside <= high)).all(axis=1)
+        if topology.is_closed:
+            sides = [side_of(point, patient) for point in aside[near]]
+            inside = aside[near][[side is Side.INSIDE for side in sides]]
+            return self._told(inside, needle, patient) if len(inside) else None
+        behind = (aside - self.entry) @ (self.target - self.entry) < 0.0
+        # what is behind the entry crosses nothing, so one point outside will do for it
+        all_near = bool(behind.any() and near[behind].all())
+        if not (near[~behind].any() or all_near):
+            return None
+        reason = f"{patient.name} is open: how far {needle.name} is in cannot be told"
+        return Stray(reason, certain=False)
+
+    def _told(
+        self, inside: Array, needle: TriangleMesh, patient: TriangleMesh
+    ) -> Stray:
+        along = self.target - self.entry
+        length = float(np.linalg.norm(along))
+        depth = (inside - self.entry) @ (along / length)
+        beyond = float(depth.max()) - length
+        where = f"{1e3 * beyond:.1f} mm beyond the target"
+        if beyond <= self.slack:
+            where = "aside of its line"
+        return Stray(
+            f"{needle.name} is in {patient.name} outside the plan's corridor, {where}",
+            certain=True,
+        )
 
 
 def common_points(first: Array, second: Array) -> Array:
@@ -89,7 +144,8 @@ def _edge_crossings(edges_of: Array, triangle: Array) -> list[Array]:
     found = []
     for i in range(3):
         p, q = side[i], side[(i + 1) % 3]
-        if (p > 0.0) == (q > 0.0) or p == q:
+        # a corner on the plane counts for both its edges
+        if (p > 0.0 and q > 0.0) or (p < 0.0 and q < 0.0) or p == q:
             continue
         point = edges_of[i] + (edges_of[(i + 1) % 3] - edges_of[i]) * (p / (p - q))
         if _is_in(point, a, b, c, normal, 1e-9 * size):
