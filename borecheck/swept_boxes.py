@@ -243,8 +243,9 @@ def _near(corners_a, i, corners_b, j, places, distance):  # type: ignore[no-unty
 def _plane_between(corners_a, i, corners_b, j, ends, reserve):  # type: ignore[no-untyped-def]
     """Whether a plane separates a standing triangle from both ends of a moving one.
 
-    The direction is that of the shortest way between the triangles half-way; only the
-    separation along it is relied upon, not how it was found.
+    The direction is that of the shortest way between the triangles half-way; if faces
+    slide along each other or pass side by side, another may do. Only the separation is
+    relied upon, not how the direction was found.
     """
     first = place_triangle(ends[0], corners_a, i)
     last = place_triangle(ends[1], corners_a, i)
@@ -261,13 +262,71 @@ def _plane_between(corners_a, i, corners_b, j, ends, reserve):  # type: ignore[n
         0.5 * (first[8] + last[8]),
     )
     _, p, q = disjoint_distance(half_way, standing)
-    x, y, z = p[0] - q[0], p[1] - q[1], p[2] - q[2]
+    way = (p[0] - q[0], p[1] - q[1], p[2] - q[2])
+    if _separates(way, first, last, standing, reserve):
+        return True
+    step = (last[0] - first[0], last[1] - first[1], last[2] - first[2])
+    return _beside(standing, step, first, last, standing, reserve) or (
+        _beside(half_way, step, first, last, standing, reserve)
+    )
+
+
+@njit(**_KERNEL)
+def _either_way(n, first, last, standing, reserve):  # type: ignore[no-untyped-def]
+    return _separates(n, first, last, standing, reserve) or _separates(
+        (-n[0], -n[1], -n[2]), first, last, standing, reserve
+    )
+
+
+@njit(**_KERNEL)
+def _beside(t, step, first, last, standing, reserve):  # type: ignore[no-untyped-def]
+    """Whether a plane that t suggests separates.
+
+    Its own plane, the one along the motion across it, and those along the motion and
+    one of its edges.
+    """
+    n = _normal(t)
+    if _either_way(n, first, last, standing, reserve):
+        return True
+    if _either_way(_cross(n, step), first, last, standing, reserve):
+        return True
+    for k in range(3):
+        p, q = 3 * k, 3 * ((k + 1) % 3)
+        edge = (t[q] - t[p], t[q + 1] - t[p + 1], t[q + 2] - t[p + 2])
+        if _either_way(_cross(edge, step), first, last, standing, reserve):
+            return True
+    return False
+
+
+@njit(**_INLINE)
+def _cross(u, v):  # type: ignore[no-untyped-def]
+    return (
+        u[1] * v[2] - u[2] * v[1],
+        u[2] * v[0] - u[0] * v[2],
+        u[0] * v[1] - u[1] * v[0],
+    )
+
+
+@njit(**_INLINE)
+def _normal(t):  # type: ignore[no-untyped-def]
+    along = (t[3] - t[0], t[4] - t[1], t[5] - t[2])
+    across = (t[6] - t[0], t[7] - t[1], t[8] - t[2])
+    return _cross(along, across)
+
+
+@njit(**_KERNEL)
+def _separates(way, first, last, standing, reserve):  # type: ignore[no-untyped-def]
+    """Whether the moving triangle is farther along a direction than the standing one.
+
+    The direction is a unit vector up to a few roundings; ROUNDING, which is part of
+    the reserve, covers what they change.
+    """
+    x, y, z = way
     length = np.sqrt(x * x + y * y + z * z)
-    if not length > reserve:
+    if not length > 1e-150:  # its square would leave the range of float64
         return False
     x, y, z = x / length, y / length, z / length
     near = min(_least(first, x, y, z), _least(last, x, y, z))
-    # n is a unit vector up to a few roundings; ROUNDING in the reserve covers them.
     return near + _least(standing, -x, -y, -z) > reserve
 
 
