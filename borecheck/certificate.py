@@ -96,9 +96,12 @@ def write_certificate(
     for body in _bodies(problem):
         arrays[f"{body.mesh.sha256}.vertices"] = body.mesh.vertices
         arrays[f"{body.mesh.sha256}.triangles"] = body.mesh.triangles
-    with file.with_suffix(".npz").open("wb") as stream:
-        np.savez_compressed(stream, **arrays)
-    file.write_text(json.dumps(document, indent=1), encoding="utf-8")
+    try:
+        with file.with_suffix(".npz").open("wb") as stream:
+            np.savez_compressed(stream, **arrays)
+        file.write_text(json.dumps(document, indent=1), encoding="utf-8")
+    except OSError as error:
+        raise BorecheckError(f"{file} cannot be written: {error.strerror}") from error
 
 
 def _bodies(problem: PathProblem) -> tuple[Body, ...]:

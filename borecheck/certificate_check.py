@@ -18,6 +18,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -169,6 +170,16 @@ class _Surface:
     T_frame_mesh: Array
     mesh: GroupedMesh
     box: Array
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether it bounds a solid."""
+        return is_closed(self.mesh.vertices, self.mesh.triangles)
+
+    @cached_property
+    def one_corner_each(self) -> Array:
+        """A corner of every connected part."""
+        return connected_corners(self.mesh.vertices, self.mesh.triangles)
 
 
 class _Checker:
@@ -344,13 +355,18 @@ class _Checker:
     def _holds_nothing(self, a: _Surface, b: _Surface, names: str) -> None:
         """At the start, neither closed surface holds a part of the other."""
         for surface in (a, b):
-            if not is_closed(surface.mesh.vertices, surface.mesh.triangles):
+            if not surface.closed:
                 raise _Rejected(f"{names}: {surface.name} is open, it has no inside")
         placed = self._placements(self._values(0.0))
         T_b_a = np.linalg.inv(_of(placed, b)) @ _of(placed, a)
         for inner, outer, T in ((a, b, T_b_a), (b, a, np.linalg.inv(T_b_a))):
-            for corner in connected_corners(inner.mesh.vertices, inner.mesh.triangles):
+            for corner in inner.one_corner_each:
                 point = T[:3, :3] @ corner + T[:3, 3]
+                outside = (point < outer.box.min(axis=0)) | (
+                    point > outer.box.max(axis=0)
+                )
+                if outside.any():
+                    continue
                 if winding_number(point, outer.mesh.corners) != 0:
                     raise _Rejected(f"{names}: {inner.name} is inside {outer.name}")
 

@@ -29,6 +29,7 @@ class GroupedMesh:
         order = np.argsort(_along_a_curve(self.corners.mean(axis=1)), kind="stable")
         self.sorted = self.corners[order]
         self.starts = np.arange(0, len(order), GROUP)
+        self.standing = self.boxes(self.sorted)
 
     def boxes(self, corners: Array) -> tuple[Array, Array]:
         """Boxes of triangles and of groups, each (k, 2, 3), for placed corners."""
@@ -53,7 +54,7 @@ def nearer_than(a: GroupedMesh, b: GroupedMesh, T_b_a: Array, distance: float) -
     """Whether a point of a, placed by T_b_a, is nearer than that to one of b."""
     corners_a = a.sorted @ T_b_a[:3, :3].T + T_b_a[:3, 3]
     boxes_a, groups_a = a.boxes(corners_a)
-    boxes_b, groups_b = b.boxes(b.sorted)
+    boxes_b, groups_b = b.standing
     reach = distance + _ROUNDING
     for i, j in _near_boxes(groups_a, groups_b, reach):
         members_a, members_b = _members(i, len(boxes_a)), _members(j, len(boxes_b))
