@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import borecheck.lean_numba  # noqa: F401  (for its effect)
 from borecheck.mesh import TriangleMesh
 
 Triangle = tuple[float, float, float, float, float, float, float, float, float]

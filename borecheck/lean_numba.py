@@ -1,0 +1,24 @@
+"""Keeps numba from importing SciPy's BLAS at start-up; imported for its effect.
+
+When numba compiles or loads its first kernel it looks for `scipy.linalg.cython_blas`,
+only to know whether np.cov and np.corrcoef can be compiled. That import takes longer
+than a whole contact check, and no kernel here needs it. It is hidden while numba looks,
+and there again afterwards. A process that has SciPy's BLAS already is left alone.
+"""
+
+import sys
+
+_BLAS = "scipy.linalg.cython_blas"
+
+
+def _look_without_blas() -> None:
+    if _BLAS in sys.modules or "numba.np.arraymath" in sys.modules:
+        return
+    sys.modules[_BLAS] = None  # type: ignore[assignment]  # how to say "not there"
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        del sys.modules[_BLAS]
+
+
+_look_without_blas()
