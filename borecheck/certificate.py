@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck.errors import BorecheckError
 from borecheck.motion_bounds import FIXED, TURNS, WORLD, Chain, Route
 from borecheck.path_outcome import PathVerdict
 from borecheck.path_search import Body, Motion, Pair, PathProblem, path_motion
