@@ -48,6 +48,11 @@ def document(study: Study) -> dict[str, Any]:
             for i, case in enumerate(study.cases)
             for d in DISTANCES_MM
         ],
+        "poses": [
+            {"name": _stop_name(case, d), "q": _positions(case, d)}
+            for case in reached
+            for d in DISTANCES_MM
+        ],
         "nominal": _nominal(study.cases),
         "exact_and_two_sided_agree": _agree(study.cases),
         "unreachable": [_name(c) for c in study.cases if c.setup.unreachable],
@@ -88,7 +93,7 @@ def _trial(case: Case, distance_mm: int, chance: float | None) -> dict[str, Any]
     stop = setup.stops[distance_mm]
     normal = case.effects.normal
     return told | {
-        "q": dict(zip(JOINTS, (float(v) for v in stop.q), strict=True)),
+        "q": _positions(case, distance_mm),
         "true_distance_mm": 1e3 * stop.closest.distance,
         "closest": {
             "link": stop.closest.link,
@@ -168,6 +173,16 @@ def _agree(cases: Sequence[Case]) -> bool:
 def _name(case: Case) -> str:
     a = case.setup.approach
     return f"{a.point} {a.axis} ({a.q4_deg},{a.q5_deg}): {case.setup.unreachable}"
+
+
+def _stop_name(case: Case, distance_mm: int) -> str:
+    a = case.setup.approach
+    return f"{a.point} {a.axis} ({a.q4_deg},{a.q5_deg}) {distance_mm} mm"
+
+
+def _positions(case: Case, distance_mm: int) -> dict[str, float]:
+    q = case.setup.stops[distance_mm].q
+    return dict(zip(JOINTS, (float(v) for v in q), strict=True))
 
 
 def _miss_chances(study: Study, effects: Sequence[Effects]) -> dict[int, float]:

@@ -6,6 +6,7 @@ the repetitions come in chunks with a random generator each.
 
 import json
 import os
+import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -33,7 +34,8 @@ from zerobot.trial_monte_carlo import (
 from zerobot.trials import Bench, Outcome, Setup, outcome, reach, set_up
 
 Array = NDArray[np.float64]
-Progress = Callable[[str], None]
+Counter = Callable[[int, int], None]
+Progress = Callable[[str], Counter]
 
 KINDS = ("enlarge-axes", "enlarge-axes:world", "offset")
 
@@ -101,6 +103,11 @@ class Study:
 def run(options: Options, sources: Sources, progress: Progress) -> Study:
     """The whole study; with a state file, finished chunks are not run again.
 
+    Args:
+        options: What the study is about.
+        sources: The disturbances.
+        progress: Makes a counter `(done, total)` for what is named.
+
     Raises:
         InputError: The state file belongs to another study.
     """
@@ -163,6 +170,7 @@ def _workers(options: Options, sources: Sources) -> Iterator[Submit]:
 
 
 def _load(options: Options, sources: Sources) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends the study
     frame4 = Sources(**{**_fields(sources), "level_parts": "frame4"})
     _worker["experiment"] = Experiment(sources, options.mount, options.level)
     _worker["rods"] = Experiment(frame4, options.mount, options.level)
@@ -182,9 +190,10 @@ def _cases(submit: Submit, options: Options, progress: Progress) -> tuple[Case, 
     wanted = approaches()
     tasks = {submit(_examine, a, options.aim): i for i, a in enumerate(wanted)}
     found: dict[int, Case] = {}
+    count = progress("approaches")
     for task in as_completed(tasks):
         found[tasks[task]] = task.result()
-        progress(f"approaches {len(found)}/{len(wanted)}")
+        count(len(found), len(wanted))
     return tuple(found[i] for i in range(len(wanted)))
 
 
@@ -201,11 +210,12 @@ def _repetitions(
     tasks = {
         submit(_chunk, stops, draws, rng): i for i, draws, rng in parts if i not in done
     }
+    count = progress("chunks of repetitions")
     for task in as_completed(tasks):
         i = tasks[task]
         done[i] = 1e3 * task.result()
         _append_state(options.state, key, i, done[i])
-        progress(f"repetitions {len(done)}/{len(parts)} chunks")
+        count(len(done), len(parts))
     rows = [done[i] for i, _, _ in parts]
     return np.concatenate(rows) if rows else np.zeros((0, len(stops), 2))
 

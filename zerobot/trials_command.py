@@ -1,11 +1,11 @@
 """`borecheck trials`: the 64 trials of [Matsuno2020] in the model, and their misses."""
 
 import argparse
-import sys
 from pathlib import Path
+from typing import Any
 
 from borecheck.commands import common
-from borecheck.commands.output import check_outputs, emit
+from borecheck.commands.output import check_outputs, emit, wants_display
 from borecheck.description import LEVELS
 
 
@@ -51,8 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs the study; 0 when it is done."""
     check_outputs(args)
+    from borecheck.compiled import announce_compilation
     from borecheck.errors import UsageError
     from borecheck.exit_status import ExitStatus
+    from borecheck.progress import Progress
     from borecheck.report.document import header
     from zerobot.trial_document import document
     from zerobot.trial_errors import ALUMINIUM, CARBON, Sources
@@ -62,6 +64,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.samples < 0 or args.jobs < 0 or args.seed < 0:
         raise UsageError("--samples, --jobs and --seed are 0 or more")
+    announce_compilation()
     options = Options(
         mount=args.mount,
         level=args.level,
@@ -73,15 +76,22 @@ def run(args: argparse.Namespace) -> int:
     )
     beam = {"carbon": CARBON, "aluminium": ALUMINIUM}[args.beam]
     sources = Sources(beam=beam, level_parts=args.rods)
-    found = document(study(options, sources, _progress))
-    emit(args, {**header("trials", args.argv, args.date), **found}, trials_text)
+    found = {
+        **header("trials", args.argv, args.date),
+        **document(study(options, sources, Progress)),
+    }
+    if wants_display(args):
+        found["display"] = _display(args, found)
+    emit(args, found, trials_text)
     return ExitStatus.CLEAN
 
 
-def _progress(text: str) -> None:
-    """A line on standard error; on a terminal it replaces the one before."""
-    if sys.stderr.isatty():
-        sys.stderr.write(f"\r\x1b[K{text}")
-    else:
-        sys.stderr.write(text + "\n")
-    sys.stderr.flush()
+def _display(args: argparse.Namespace, found: dict[str, Any]) -> dict[str, Any]:
+    """Meshes and placements at every stop, for the page."""
+    from borecheck.report.display import display_block
+    from borecheck.robot import load_robot
+    from borecheck.scene import load_scene
+
+    robot = load_robot("zerobot", mount=args.mount, level=args.level)
+    scene = load_scene("ct_gantry", couch="no", patient="no", level=args.level)
+    return display_block(robot, scene, found)
