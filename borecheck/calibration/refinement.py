@@ -110,7 +110,7 @@ def refine(
             x_scale="jac",
             loss=loss,
             f_scale=scale,
-            xtol=1e-15,
+            xtol=1e-12,
             ftol=1e-15,
             gtol=1e-15,
             max_nfev=200,
