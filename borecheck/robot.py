@@ -15,6 +15,7 @@ from borecheck.description import (
     installed_names,
 )
 from borecheck.errors import UnknownNameError, UrdfError, UsageError
+from borecheck.expansion_store import expanded_text
 from borecheck.mesh_store import mesh_folder
 from borecheck.model import RobotModel
 from borecheck.parts import Part, collision_parts, links_without_collision
@@ -135,10 +136,21 @@ def load_robot(
         UrdfError: The file describes no robot.
         MeshError: A mesh is missing or damaged.
     """
+    return robot_with(name, arguments, level, base, package_paths)
+
+
+def robot_with(
+    name: str | Path,
+    arguments: Mapping[str, str],
+    level: str = "coarse",
+    base: ArrayLike | None = None,
+    package_paths: Sequence[Path] = (),
+) -> Robot:
+    """As `load_robot`, for xacro arguments of any name (`level`, `base`, ...)."""
     if str(name) in installed_names("robots"):
         return _load_installed(str(name), level, base, arguments)
     path = Path(name)
-    if path.suffix not in (".urdf", ".xacro", ".xml") and not path.exists():
+    if path.suffix not in (".urdf", ".xacro", ".xml") and not exists(path):
         raise UnknownNameError("robot", str(name), installed_names("robots"))
     text, warnings = read_urdf(path, arguments, package_paths)
     model = RobotModel(text, str(path))
@@ -204,8 +216,17 @@ def build_installed(
 ) -> tuple[RobotModel, str]:
     """Model and URDF text of an installed description with meshes of that level."""
     folder = mesh_folder(description, level, arguments)
-    expanded = expand(description.xacro, {**arguments, "mesh_dir": str(folder)})
-    return RobotModel(expanded.text, str(description.xacro)), expanded.text
+    complete = {**arguments, "mesh_dir": str(folder)}
+    text = expanded_text(description.xacro, complete)
+    return RobotModel(text, str(description.xacro)), text
+
+
+def exists(path: Path) -> bool:
+    """Whether there is such a file; also of a name that no file can have."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
 
 
 def read_urdf(
@@ -225,7 +246,7 @@ def read_urdf(
         raise UrdfError(path, "there is no such file") from error
     except PermissionError as error:
         raise UrdfError(path, "no permission to read it") from error
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise UrdfError(path, f"cannot be read as text: {error}") from error
     if not is_xacro(path, text):
         if arguments:

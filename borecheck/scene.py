@@ -14,14 +14,14 @@ from borecheck.description import (
     installed,
     installed_names,
 )
-from borecheck.errors import MeshError, UnknownNameError, UsageError
+from borecheck.errors import MeshError, UnknownNameError, UrdfError, UsageError
 from borecheck.mesh import TriangleMesh
 from borecheck.mesh_file import read_mesh_in_unit
 from borecheck.mesh_units import guess_unit, unit_mistake
 from borecheck.model import RobotModel
 from borecheck.parts import collision_parts, links_without_collision
 from borecheck.placing import place_mesh
-from borecheck.robot import build_installed, complete_arguments, read_urdf
+from borecheck.robot import build_installed, complete_arguments, exists, read_urdf
 from borecheck.units import LENGTH_UNITS, parse_joint_value, parse_pose
 
 Array = NDArray[np.float64]
@@ -50,6 +50,21 @@ class Obstacle:
     source: str
 
 
+@dataclass(frozen=True)
+class FileObstacles:
+    """What a file adds to a scene.
+
+    Attributes:
+        obstacles: Its surfaces.
+        warnings: What the user should know about how it was read.
+        not_modelled: What no verdict covers.
+    """
+
+    obstacles: tuple[Obstacle, ...]
+    warnings: tuple[str, ...] = ()
+    not_modelled: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """All obstacles in the scanner's frame.
@@ -75,7 +90,10 @@ class Scene:
     warnings: tuple[str, ...]
 
     def with_obstacles(
-        self, more: Iterable[Obstacle], warnings: Iterable[str] = ()
+        self,
+        more: Iterable[Obstacle],
+        warnings: Iterable[str] = (),
+        not_modelled: Iterable[str] = (),
     ) -> "Scene":
         """The scene with further obstacles; names are kept apart by a number."""
         obstacles = list(self.obstacles)
@@ -96,7 +114,7 @@ class Scene:
             self.level,
             tuple(obstacles),
             self.points,
-            self.not_modelled,
+            (*self.not_modelled, *not_modelled),
             (*self.warnings, *warnings),
         )
 
@@ -124,6 +142,18 @@ def load_scene(
         UnknownNameError: No such scanner, argument or joint.
         MeshError: A mesh that cannot be read, or whose unit is off by 1000.
     """
+    return scene_with(name, arguments, level, obstacles, patients, package_paths)
+
+
+def scene_with(
+    name: str | Path | Sequence[str | Path],
+    arguments: Mapping[str, str],
+    level: str = "coarse",
+    obstacles: Sequence[str] = (),
+    patients: Sequence[str] = (),
+    package_paths: Sequence[Path] = (),
+) -> Scene:
+    """As `load_scene`, for arguments of any name (`level`, `obstacles`, ...)."""
     names = [name] if isinstance(name, str | Path) else list(name)
     if len(names) == 1 and str(names[0]) in installed_names("scanners"):
         scene = _load_installed(str(names[0]), level, arguments)
@@ -144,8 +174,10 @@ def _with_files(
     scene: Scene, files: Sequence[str], role: str, package_paths: Sequence[Path]
 ) -> Scene:
     for text in files:
-        found, warnings = read_obstacle(text, role, package_paths)
-        scene = scene.with_obstacles(found, warnings)
+        found = read_obstacle(text, role, package_paths)
+        scene = scene.with_obstacles(
+            found.obstacles, found.warnings, found.not_modelled
+        )
     return scene
 
 
@@ -196,8 +228,8 @@ def _joint_positions(
 
 def read_obstacle(
     text: str, role: str, package_paths: Sequence[Path] = ()
-) -> tuple[tuple[Obstacle, ...], tuple[str, ...]]:
-    """Obstacles and warnings from `FILE[:unit][@x,y,z[,r,p,y]]`.
+) -> FileObstacles:
+    """Obstacles from `FILE[:unit][@x,y,z[,r,p,y]]`.
 
     Raises:
         UsageError: An unknown unit or a pose that is none.
@@ -208,18 +240,20 @@ def read_obstacle(
         raise UnknownNameError("role", role, ROLES)
     path, unit, T_scene_file = _split(text)
     if path.suffix in URDF_SUFFIXES:
-        return _urdf_obstacles(path, role, T_scene_file, package_paths), ()
+        if unit is not None:
+            raise UsageError(f"{path} is in metres as every URDF: leave out :{unit}")
+        return _urdf_obstacles(path, role, T_scene_file, package_paths)
     mesh, warnings = _strange_mesh(path, unit)
     placed = place_mesh(T_scene_file, mesh)
-    return (Obstacle(path.stem, role, placed, str(path)),), warnings
+    return FileObstacles((Obstacle(path.stem, role, placed, str(path)),), warnings)
 
 
 def _split(text: str) -> tuple[Path, str | None, Array]:
     """File, unit and placement; a file whose name holds : or @ is taken whole."""
-    if Path(text).exists():
+    if exists(Path(text)):
         return Path(text), None, np.eye(4)
-    rest, _, pose = text.rpartition("@") if "@" in text else (text, "", "")
-    T_scene_file = parse_pose(pose) if pose else np.eye(4)
+    rest, at, pose = text.rpartition("@") if "@" in text else (text, "", "")
+    T_scene_file = parse_pose(pose) if at else np.eye(4)
     match = re.fullmatch(r"(.+):([A-Za-z]+)", rest)
     if match is None:
         return Path(rest), None, T_scene_file
@@ -246,11 +280,13 @@ def _strange_mesh(path: Path, unit: str | None) -> tuple[TriangleMesh, tuple[str
 
 def _urdf_obstacles(
     path: Path, role: str, T_scene_root: Array, package_paths: Sequence[Path]
-) -> tuple[Obstacle, ...]:
-    text, _ = read_urdf(path, {}, package_paths)
+) -> FileObstacles:
+    """The links of a URDF, standing at zero or at the limit nearest to it."""
+    text, warnings = read_urdf(path, {}, package_paths)
     model = RobotModel(text, str(path))
-    placements = model.placements(np.clip(0.0, model.lower, model.upper))
-    return tuple(
+    q = model.check_limits(np.clip(0.0, model.lower, model.upper))
+    placements = model.placements(q)
+    obstacles = tuple(
         Obstacle(
             part.mesh.name,
             role,
@@ -259,3 +295,11 @@ def _urdf_obstacles(
         )
         for part in collision_parts(model.tree, path, package_paths)
     )
+    if not obstacles:
+        raise UrdfError(path, "no link has collision geometry: no obstacle")
+    if len(q):
+        at = ", ".join(f"{n}={v:g}" for n, v in zip(model.joint_names, q, strict=True))
+        warnings = (*warnings, f"{path}: an obstacle that stands at {at}")
+    bare = links_without_collision(model.tree)
+    named = tuple(f"link {link} of {path} has no collision geometry" for link in bare)
+    return FileObstacles(obstacles, warnings, named)

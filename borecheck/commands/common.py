@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from borecheck.scene import Scene
 
 
+# More would fill the memory before the first result.
+MAX_RANDOM = 10_000_000
+
+
 def add_robot(parser: argparse.ArgumentParser) -> None:
     """ROBOT and what places and shapes it."""
     parser.add_argument("robot", help="installed robot, or a URDF or xacro file")
@@ -97,33 +101,43 @@ def add_output(parser: argparse.ArgumentParser) -> None:
 
 def load(args: argparse.Namespace) -> "Robot":
     """The robot that the options name."""
-    from borecheck.robot import load_robot
+    from borecheck.robot import robot_with
 
     arguments = pairs(args.arg, "--arg")
     if args.mount is not None:
+        if "mount" in arguments:
+            raise UsageError("--mount and --arg mount=... say the same: give one")
         arguments["mount"] = args.mount
     base = parse_pose(args.base) if args.base is not None else None
-    return load_robot(
-        args.robot,
-        level=args.level,
-        base=base,
-        package_paths=args.package_path,
-        **arguments,
-    )
+    return robot_with(args.robot, arguments, args.level, base, args.package_path)
 
 
 def load_surroundings(args: argparse.Namespace) -> "Scene":
     """The scene that the options name."""
-    from borecheck.scene import load_scene
+    from borecheck.scene import scene_with
 
-    return load_scene(
+    return scene_with(
         args.scene,
-        level=args.level,
-        obstacles=args.obstacle,
-        patients=args.patient,
-        package_paths=args.package_path,
-        **pairs(args.scene_arg, "--scene-arg"),
+        pairs(args.scene_arg, "--scene-arg"),
+        args.level,
+        args.obstacle,
+        args.patient,
+        args.package_path,
     )
+
+
+def random_count(args: argparse.Namespace) -> int:
+    """N of `--random N`, with a seed that numpy takes.
+
+    Raises:
+        UsageError: N is not 1 or more, or the seed is negative.
+    """
+    count, seed = int(args.random), int(args.seed)
+    if not 1 <= count <= MAX_RANDOM:
+        raise UsageError(f"--random {count} is not from 1 to {MAX_RANDOM}")
+    if seed < 0:
+        raise UsageError(f"--seed {seed} is not 0 or more")
+    return count
 
 
 def pairs(texts: Sequence[str], option: str) -> dict[str, str]:

@@ -97,8 +97,9 @@ def _configurations(args: argparse.Namespace, robot: "Robot") -> NDArray[np.floa
     if args.q is not None:
         return np.array([common.configuration(robot, args.q)])
     if args.random is not None:
+        count = common.random_count(args)
         rng = np.random.default_rng(args.seed)
-        return robot.model.random_configurations(rng, args.random)
+        return robot.model.random_configurations(rng, count)
     if args.path is not None:
         from borecheck.path_file import read_path
 

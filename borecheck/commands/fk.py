@@ -31,8 +31,9 @@ def run(args: argparse.Namespace) -> int:
         q = common.configuration(robot, args.q)
         qs = np.array([robot.model.check_limits(q)])
     else:
+        count = common.random_count(args)
         rng = np.random.default_rng(args.seed)
-        qs = sample_configurations(robot.model, rng, args.random)
+        qs = sample_configurations(robot.model, rng, count)
     result = cross_check(robot, qs)
     document = {
         **header("fk", args.argv, args.date),
