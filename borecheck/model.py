@@ -115,7 +115,10 @@ class RobotModel:
         Raises:
             UsageError: Wrong length or a number that is not finite.
         """
-        q = np.array(q, dtype=np.float64)
+        try:
+            q = np.array(q, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise UsageError(f"q is no list of numbers: {error}") from None
         if q.shape != (len(self.free_joints),):
             raise UsageError(
                 f"q has shape {q.shape}, but {self.name} has "

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact_check import Settings, check_with
 from borecheck.corridor import Corridor
-from borecheck.errors import UsageError
+from borecheck.errors import JointLimitError, UsageError
 from borecheck.robot import Robot
 from borecheck.scene import Scene
 from borecheck.verdict import CLEAR, CONTACT, UNKNOWN, Verdict
@@ -113,10 +113,20 @@ def checked_waypoints(robot: Robot, waypoints: ArrayLike) -> Array:
     Between two configurations within the limits every configuration is, so it is
     enough to look at the waypoints.
     """
-    points = np.array(waypoints, dtype=np.float64)
+    try:
+        points = np.array(waypoints, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"waypoints are no numbers of shape (k, n): {error}") from None
     if points.ndim != 2 or len(points) == 0:
         raise UsageError(f"waypoints have shape {points.shape}, not (k, n)")
-    return np.array([robot.model.check_limits(q) for q in points])
+    return np.array([_checked(robot, number, q) for number, q in enumerate(points, 1)])
+
+
+def _checked(robot: Robot, number: int, q: Array) -> Array:
+    try:
+        return robot.model.check_limits(q)
+    except (JointLimitError, UsageError) as error:
+        raise type(error)(f"waypoint {number}: {error}") from error
 
 
 def sample_fractions(points: Array, samples: int) -> Array:

@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 from borecheck.errors import PlanError, UnknownNameError
 
 MAX_BYTES = 50_000_000
+
+# Python's float() also takes 1_000 and digits of other scripts; a path does not.
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
 def read_path(path: Path, joint_names: Sequence[str]) -> NDArray[np.float64]:
@@ -24,23 +28,37 @@ def read_path(path: Path, joint_names: Sequence[str]) -> NDArray[np.float64]:
         PlanError: The file cannot be read, a column is missing, unknown or doubled, or
             a cell is no finite number; one line with file and line number.
     """
-    rows = list(csv.reader(_text(path).splitlines()))
-    rows = [row for row in rows if any(cell.strip() for cell in row)]
+    rows = _rows(path)
     if not rows:
         raise PlanError(path, "is empty")
-    header = [cell.strip() for cell in rows[0]]
+    header = [cell.strip() for cell in rows[0][1]]
     _check_header(path, header, joint_names)
     if len(rows) < 2:
         raise PlanError(path, "has a header but no waypoint")
     waypoints = np.zeros((len(rows) - 1, len(joint_names)))
-    for k, row in enumerate(rows[1:]):
+    for k, (line, row) in enumerate(rows[1:]):
         if len(row) != len(header):
             problem = f"has {len(row)} cells, the header has {len(header)}"
-            raise PlanError(path, problem, f"line {k + 2}")
+            raise PlanError(path, problem, f"line {line}")
         for name, cell in zip(header, row, strict=True):
-            value = _number(path, k + 2, name, cell)
+            value = _number(path, line, name, cell)
             waypoints[k, joint_names.index(name)] = value
     return waypoints
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Line number and cells of every line that is not blank."""
+    reader = csv.reader(_text(path).splitlines())
+    try:
+        return [
+            (reader.line_num, row)
+            for row in reader
+            if any(cell.strip() for cell in row)
+        ]
+    except csv.Error as error:
+        raise PlanError(
+            path, f"is no CSV: {error}", f"line {reader.line_num}"
+        ) from None
 
 
 def _text(path: Path) -> str:
@@ -54,7 +72,7 @@ def _text(path: Path) -> str:
         raise PlanError(path, "there is no such file") from error
     except PermissionError as error:
         raise PlanError(path, "no permission to read it") from error
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise PlanError(path, f"cannot be read as text: {error}") from error
 
 
@@ -70,10 +88,8 @@ def _check_header(path: Path, header: list[str], joint_names: Sequence[str]) -> 
 
 
 def _number(path: Path, line: int, name: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
+    text = cell.strip()
+    value = float(text) if _NUMBER.fullmatch(text) else math.nan
     if not math.isfinite(value):
         raise PlanError(
             path, f"{cell.strip()!r} is no finite number", f"line {line}, {name}"

@@ -46,14 +46,35 @@ def replay(path: Path) -> dict[str, Any]:
     for number, entry in enumerate(disputed):
         again.append(_one(path, number, entry, summaries))
     return {
-        "robot": source.get("robot", {"warnings": []}),
-        "scene": source.get("scene", {"warnings": []}),
-        "not_modelled": source.get("not_modelled", []),
+        "robot": _with_warnings(path, source, "robot"),
+        "scene": _with_warnings(path, source, "scene"),
+        "not_modelled": _texts(path, source, "not_modelled"),
         "poses": [{"q": {}, "verdicts": d["verdicts"], "contained": []} for d in again],
         "pruning": "none",
         "checkers": summaries,
         "disagreements": again,
     }
+
+
+def _with_warnings(path: Path, source: Mapping[str, Any], key: str) -> dict[str, Any]:
+    block = source.get(key, {})
+    if not isinstance(block, dict):
+        raise InputError(path, f"{key} is no object", key)
+    return {**block, "warnings": _texts(path, block, "warnings")}
+
+
+def _texts(path: Path, source: Mapping[str, Any], key: str) -> list[str]:
+    texts = source.get(key, [])
+    if not isinstance(texts, list) or not all(isinstance(t, str) for t in texts):
+        raise InputError(path, "is no list of texts", key)
+    return texts
+
+
+def _whole(path: Path, number: int, entry: Mapping[str, Any], key: str) -> int:
+    value = entry.get(key, 0)
+    if not isinstance(value, int):
+        raise InputError(path, f"{key} is no number", f"disagreement {number}")
+    return value
 
 
 def _one(
@@ -78,8 +99,8 @@ def _one(
     where = (
         str(entry.get("link", "a")),
         str(entry.get("obstacle", "b")),
-        int(entry.get("link_triangle", 0)),
-        int(entry.get("obstacle_triangle", 0)),
+        _whole(path, number, entry, "link_triangle"),
+        _whole(path, number, entry, "obstacle_triangle"),
     )
     result = judged(number, where, verdicts, first, second)
     return {
@@ -100,7 +121,7 @@ def _triangles(
 ) -> tuple[np.ndarray[Any, np.dtype[np.float64]], ...]:
     try:
         corners = np.array(entry["corners"], dtype=np.float64)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise InputError(path, "has no corners", f"disagreement {number}") from error
     if corners.shape != (2, 3, 3) or not np.isfinite(corners).all():
         raise InputError(path, "is not two triangles", f"disagreement {number}")

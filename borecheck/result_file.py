@@ -29,7 +29,7 @@ def read_result(path: Path) -> dict[str, Any]:
         text = match.group(1)
     try:
         document = json.loads(text)
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(path, f"is no JSON result: {error}") from error
     if not isinstance(document, dict) or "schema_version" not in document:
         raise InputError(path, "is no result of borecheck (no `schema_version`)")
@@ -45,5 +45,5 @@ def _text(path: Path) -> str:
         raise InputError(path, "there is no such file") from error
     except PermissionError as error:
         raise InputError(path, "no permission to read it") from error
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise InputError(path, f"cannot be read: {error}") from error
