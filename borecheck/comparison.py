@@ -20,6 +20,7 @@ from borecheck.pair_search import (
     PRUNINGS,
     Found,
     Surface,
+    check_pruning,
     checker_name,
     contacts,
     surface,
@@ -134,13 +135,11 @@ def compare(
         JointLimitError: A configuration beyond a joint limit.
     """
     names = tuple(dict.fromkeys(["exact", *map(checker_name, checkers)]))
-    poses = np.atleast_2d(np.array(qs, dtype=np.float64))
-    if poses.size == 0:
-        raise UsageError("there is no configuration to compare at")
+    check_pruning(pruning)
+    poses = _poses(robot, qs)
     _warm_up(names)
     gathered = _Gathered(names)
     for number, q in enumerate(poses):
-        robot.model.check_limits(q)
         _compare_pose(robot, scene, number, q, pruning, gathered)
         if progress is not None:
             progress(number + 1, len(poses))
@@ -153,6 +152,17 @@ def compare(
         pose_verdicts=tuple(gathered.pose_verdicts),
         contained=tuple(gathered.contained),
     )
+
+
+def _poses(robot: Robot, qs: ArrayLike) -> Array:
+    """The configurations (n, joints), each within the limits."""
+    try:
+        poses = np.atleast_2d(np.array(qs, dtype=np.float64))
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"configurations are no numbers: {error}") from None
+    if len(poses) == 0 or np.size(qs) == 0 != len(robot.model.free_joints):
+        raise UsageError("there is no configuration to compare at")
+    return np.array([robot.model.check_limits(q) for q in poses])
 
 
 def _warm_up(names: Sequence[str]) -> None:

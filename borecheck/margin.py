@@ -47,6 +47,9 @@ class Margin:
         return self.size > 0.0 and self.kind in (ENLARGE_BODY, ENLARGE_WORLD)
 
 
+# A margin of this size leaves no room for a robot anywhere: a mistaken unit, [m].
+LARGEST_MARGIN = 10.0
+
 NO_MARGIN = Margin(0.0, OFFSET)
 
 
@@ -59,6 +62,8 @@ def margin_for(checker: str, size: float, kind: str | None = None) -> Margin:
     """
     if not (np.isfinite(size) and size >= 0.0):
         raise UsageError(f"margin {size} m is not a length of 0 or more")
+    if size > LARGEST_MARGIN:
+        raise UsageError(f"margin {size:g} m is no clearance: are these millimetres?")
     if kind is None:
         return Margin(float(size), _ALLOWED[checker][0])
     if kind not in KINDS:

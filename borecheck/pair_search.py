@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.bvh import MeshTree
+from borecheck.bvh_boxes import LARGEST_COORDINATE
 from borecheck.coal_broadphase import PatchBroadphase
 from borecheck.coal_contact import CoalMesh
 from borecheck.coal_contact import contacts as coal_contacts
-from borecheck.errors import UnknownNameError, UsageError
+from borecheck.errors import GeometryError, UnknownNameError, UsageError
 from borecheck.mesh import TriangleMesh
 from borecheck.placing import place_mesh
 from borecheck.solid import Topology, cached_topology
@@ -130,6 +131,8 @@ def contacts(
         UnknownNameError: No such checker or pruning.
     """
     check_pruning(pruning)
+    for side, T in ((a, T_a), (b, T_b)):
+        _refuse_huge(side.mesh, T)
     if checker == "coal":
         found = coal_contacts(
             a.coal, T_a, b.coal, T_b, security_margin, placed=same_vertices
@@ -144,6 +147,15 @@ def contacts(
     else:
         pairs, examined = _all_pairs(a, T_a, b, T_b, checker)
     return Found(pairs, np.zeros(len(pairs), dtype=bool), examined)
+
+
+def _refuse_huge(mesh: TriangleMesh, T: Array) -> None:
+    """Overflow would answer at random; the trees refuse the same."""
+    far = max(float(np.abs(mesh.bounds).max()), float(np.abs(T[:3, 3]).max()))
+    if not far <= LARGEST_COORDINATE:
+        raise GeometryError(
+            f"{mesh.name} reaches {far:.3g} m, beyond {LARGEST_COORDINATE:g} m"
+        )
 
 
 def _rows(T: Array, mesh: TriangleMesh) -> Array:
