@@ -4,6 +4,7 @@ import argparse
 import os
 import re
 import sys
+import traceback
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -54,6 +55,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         # the reader of our output has gone; nothing more can be said to it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return COULD_NOT
+    except OSError as error:
+        print(f"borecheck: error: {_one_line(error)}", file=sys.stderr)
+        return COULD_NOT
+    except MemoryError:
+        print("borecheck: error: not enough memory", file=sys.stderr)
+        return COULD_NOT
+    except Exception:  # noqa: BLE001 - Python's own status 1 would say "contact"
+        traceback.print_exc()
+        print("borecheck: error: a defect of borecheck, see above", file=sys.stderr)
         return COULD_NOT
 
 

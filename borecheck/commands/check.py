@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from borecheck.commands import common
 from borecheck.commands.output import check_outputs, emit, wants_display
 from borecheck.errors import UsageError
+from borecheck.report.document import check_writable
 from borecheck.units import parse_length
 
 if TYPE_CHECKING:
@@ -67,8 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Checks, prints, and returns 0 clear, 1 contact, 2 unknown."""
     check_outputs(args)
-    if args.certificate is not None and args.path is None:
-        raise UsageError("--certificate goes with --path")
+    _check_certificate(args)
     from borecheck.compiled import announce_compilation
 
     announce_compilation()
@@ -96,9 +96,48 @@ def run(args: argparse.Namespace) -> int:
 
         document["display"] = display_block(robot, scene, document)
     emit(args, document, check_text)
+    if args.certificate is not None:
+        _write_certificate(args, robot, scene, chosen, document)
     if document.get("interrupted"):
         return ExitStatus.INTERRUPTED
     return of_verdict(document["verdict"])
+
+
+def _check_certificate(args: argparse.Namespace) -> None:
+    """Refuses a certificate that cannot be written, before any work is done."""
+    file = args.certificate
+    if file is None:
+        return
+    if args.path is None:
+        raise UsageError("--certificate goes with --path")
+    if args.no_certificate:
+        raise UsageError("--certificate and --no-certificate exclude each other")
+    if file.suffix == ".npz":
+        raise UsageError(f"--certificate {file}: .npz is for the meshes beside it")
+    for path in (file, file.with_suffix(".npz")):
+        if path in (args.out, args.report):
+            raise UsageError(f"--certificate and another option both write {path}")
+        check_writable(path)
+
+
+def _write_certificate(
+    args: argparse.Namespace,
+    robot: "Robot",
+    scene: "Scene",
+    chosen: "Settings",
+    document: dict[str, Any],
+) -> None:
+    """Writes what a clear path is certified by; any other verdict has nothing."""
+    from borecheck.path_check import write_path_certificate
+    from borecheck.path_file import read_path
+    from borecheck.progress import say
+
+    if not document["path"]["certified"]:
+        say(f"borecheck: no certificate written: the path is {document['verdict']}")
+        return
+    waypoints = read_path(args.path, robot.model.joint_names)
+    margin = chosen.margin.size
+    write_path_certificate(robot, scene, waypoints, margin, args.certificate)
 
 
 def _answer(
@@ -125,14 +164,12 @@ def _pose(
 def _path(
     args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
 ) -> dict[str, Any]:
-    from borecheck.path_check import check_motion, write_path_certificate
+    from borecheck.path_check import check_motion
     from borecheck.path_file import read_path
     from borecheck.progress import Progress
     from borecheck.report.document import motion_block
 
     waypoints = read_path(args.path, robot.model.joint_names)
-    if args.certificate is not None and args.no_certificate:
-        raise UsageError("--certificate and --no-certificate exclude each other")
     motion = check_motion(
         robot,
         scene,
@@ -142,9 +179,6 @@ def _path(
         certify=not args.no_certificate,
         progress=Progress("poses"),
     )
-    if args.certificate is not None:
-        margin = chosen.margin.size
-        write_path_certificate(robot, scene, waypoints, margin, args.certificate)
     return motion_block(motion, robot.model.joint_names)
 
 
