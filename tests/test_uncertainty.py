@@ -1,5 +1,6 @@
 """Probability of contact: against closed forms, against each other, and calibrated."""
 
+import argparse
 import json
 import math
 from pathlib import Path
@@ -13,6 +14,7 @@ from borecheck.mesh import TriangleMesh
 from borecheck.mesh_file import write_stl
 from borecheck.robot import Robot, load_robot
 from borecheck.scene import Obstacle, Scene, load_scene
+from borecheck.uncertainty.asked import add_options, add_probabilities, lines
 from borecheck.uncertainty.contact_probability import contact_probability
 from borecheck.uncertainty.covariance import from_document, read_uncertainty
 from borecheck.uncertainty.disturbed import Disturbed
@@ -286,3 +288,50 @@ def test_missing_file_is_one_line(slide: Robot, tmp_path: Path) -> None:
         read_uncertainty(tmp_path / "none.json", slide)
     with pytest.raises(InputError, match="directory"):
         read_uncertainty(tmp_path, slide)
+
+
+def asked(file: Path, risk: float = 0.001) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    add_options(parser)
+    return parser.parse_args(["--uncertainty", str(file), "--risk", str(risk)])
+
+
+def test_clear_becomes_unknown_where_the_risk_is_not_kept(
+    slide: Robot, wall: Scene, tmp_path: Path
+) -> None:
+    file = tmp_path / "u.json"
+    file.write_text('{"joints": {"s": "3mm"}}')
+    for gap, kept in ((0.004, False), (0.03, True)):
+        block = {
+            "verdict": "clear",
+            "reason": "nearest",
+            "q": {"s": 0.125 - gap},
+            "margin_m": 0.0,
+        }
+        add_probabilities(block, slide, wall, asked(file, 0.01))
+        assert block["verdict"] == ("clear" if kept else "unknown")
+        assert ("exceeds the accepted" in str(block["reason"])) is not kept
+        told = lines(block)
+        assert told[0].startswith("probability of contact")
+        assert "a clearance of" in told[1]
+        json.dumps(block, allow_nan=False)
+
+
+def test_plans_are_judged_one_by_one_with_their_corridor(
+    slide: Robot, wall: Scene, tmp_path: Path
+) -> None:
+    file = tmp_path / "u.json"
+    file.write_text('{"registration": {"x": "3mm"}}')
+    points = {"entry": [0.0, 0.0, 0.1], "target": [0.0, 0.0, 0.0]}
+    far = {"verdict": "clear", "reason": "far", "q": {"s": 0.0}, "path": {}, **points}
+    near = far | {"q": {"s": 0.121}}
+    document = {"verdict": "clear", "plans": [far, near, {"verdict": "unknown"}]}
+    add_probabilities(document, slide, wall, asked(file))
+    assert [plan["verdict"] for plan in document["plans"]] == [
+        "clear",
+        "unknown",
+        "unknown",
+    ]
+    assert "lower bound" in document["plans"][0]["uncertainty"]["note"]
+    assert document["verdict"] == "unknown"
+    assert lines({"verdict": "clear"}) == []
