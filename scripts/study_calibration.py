@@ -28,15 +28,17 @@ Part = dict[str, Any]
 
 # Why ours differ, beside the camera tables.
 CAMERA_READING = (
-    "What agrees: the bias does not depend on the number of samples (with",
-    "independent noise there is none); the worst length is b1, across axis 2, which",
-    "is seen over +-20 deg only, then d4, which takes up axis 3; 120 deg apart all",
-    "lengths are below 0.1 mm and the bias of d1, b1, d2 is gone. What differs: not",
-    "one but several lengths stay above 0.1 mm (b1, d4, and d1, d2, b3 narrowly),",
-    "because the -1, 0, +1 pulse of 0.09 deg moves the target by 1.9 mm, two voxels,",
-    "and so turns rounding into noise on joints 2 and 3; and biases of d3 and b3",
-    "stay, since the discs of joints 4 to 6 span few voxels. Target, true arm,",
-    "variation and voxel grid of the paper are not published.",
+    "What agrees: the bias does not depend on the number of samples (independent",
+    "noise leaves none); the standard deviations shrink with it; the worst length is",
+    "b1, across axis 2, which is seen over +-20 deg only; with base points 120 deg",
+    "apart all lengths are below 0.1 mm and the bias of d1, b1, d2 is gone. What",
+    "differs: not one but four lengths stay above 0.1 mm. They are two uncertainties:",
+    "axis 2 along the arm (b1, with shares in d1 and d2 since our target is not level",
+    "with the axis) and axis 3 along the arm (d4). Biases of d3 and b3 stay at 120",
+    "deg, since the discs of joints 4 to 6 span a hundred voxels only and rounding",
+    "repeats itself along them. Biases change with arm and target (they are roundings",
+    "of particular places). Target, true arm, variation and voxel grid of the paper",
+    "are not published.",
     "",
 )
 
@@ -333,8 +335,10 @@ def laser_text(results: dict[str, Part]) -> list[str]:
         "",
         "Sum: the largest sum of all lengths' errors, and of the angles of the first",
         "three joints' links (the paper's cumulative deviation, as we read it). The",
-        "accuracy read as 3 sigma gives the printed figures within a factor 1.4; large",
-        "discs (joints below bent so that the target is far from the axis) meet them.",
+        "accuracy read as 3 sigma gives the printed figures within a factor 1.5; with",
+        "large discs (joints below bent so that the target is far from the axis) the",
+        "standard deviations are the printed ones. Largest: of all repetitions, whose",
+        "number the paper does not give.",
         "",
     ]
 

@@ -76,8 +76,8 @@ def table(
         f"Made by `scripts/study_workspace.py --entries {options.entries} "
         f"--step {options.step:g} --gap {options.gap}`.",
         "",
-        "| needle | cone [deg] | side | places | best place x, y [m] | reachable "
-        "| off singularity | clear | places with any |",
+        "| needle | cone [deg] | side | places | best place x, y [m] | reachable | "
+        "off singularity | clear | places with any |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for (mount, cone), found in results.items():
@@ -90,9 +90,8 @@ def table(
                 f"{100 * best[k] / n:.0f} %" for k in ("reachable", "regular", "clear")
             )
             at = f"{best['place']['x']:.2f}, {best['place']['y']:.2f}"
-            lines.append(
-                f"| {mount} | {cone:g} | {side} | {len(here)} | {at} | {shares} | {some} |"
-            )
+            where = f"{mount} | {cone:g} | {side} | {len(here)} | {at}"
+            lines.append(f"| {where} | {shares} | {some} |")
     return "\n".join(lines)
 
 
@@ -133,7 +132,8 @@ def surroundings() -> list[str]:
 def cell(result: Result) -> str:
     s = CELL / 0.15
     share = result["clear"] / result["entries"]
-    shade = f"rgb({int(255 - 200 * share)},{int(255 - 95 * share)},{int(255 - 180 * share)})"
+    red, green, blue = (int(255 - k * share) for k in (200, 95, 180))
+    shade = f"rgb({red},{green},{blue})"
     x, y = s * result["place"]["x"], -s * result["place"]["y"]
     half = 0.5 * CELL - 1
     return (
