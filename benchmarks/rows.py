@@ -1,0 +1,341 @@
+"""What is compared: one function per row of the table, each returns its lines."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from benchmarks.peers import MANY, Coal, Fcl, Pinocchio, coal_request
+from benchmarks.plain import chunked_numpy, scalar_loop
+from benchmarks.poses import POSES, BenchScene, Pose, path_of
+from benchmarks.timing import paired
+from borecheck import all_pairs, exact_contact, triangle_contact
+from borecheck.batch import MovingLinks
+from borecheck.bvh import MeshTree
+from borecheck.chain_kinematics import Chain as KinematicChain
+from borecheck.packed_trees import PackedTrees
+from borecheck.path_search import Body, PathProblem, search
+from borecheck.placing import place_mesh
+from borecheck.triangle_contact import NARROWPHASES
+
+SAMPLES = 1000  # poses on a path
+
+
+@dataclass(frozen=True)
+class Line:
+    """One measured line of the table.
+
+    Attributes:
+        row: Which row of the issue.
+        case: Scene and pose.
+        ours: Median CPU seconds of the project's own call.
+        others: Median CPU seconds of each peer, by name with its settings.
+        goals: Least ratio wanted against a peer, by name.
+        note: What else the reader should know.
+    """
+
+    row: str
+    case: str
+    ours: float
+    others: dict[str, float]
+    goals: dict[str, float] = field(default_factory=dict)
+    note: str = ""
+
+    def ratio(self, name: str) -> float:
+        """How many times faster than that peer."""
+        return self.others[name] / self.ours
+
+
+class Bench:
+    """One scene with everything built that the rows need."""
+
+    def __init__(self, scene: BenchScene, repeats: int) -> None:
+        self.scene = scene
+        self.repeats = repeats
+        self.trees = [MeshTree.of(mesh) for mesh in scene.links]
+        self.tree = MeshTree.of(scene.obstacle)
+        self.moving = MovingLinks.against(
+            PackedTrees(self.trees), PackedTrees([self.tree])
+        )
+
+    @cached_property
+    def coal(self) -> Coal:
+        return Coal(self.scene)
+
+    @cached_property
+    def pinocchio(self) -> Pinocchio:
+        return Pinocchio(self.scene, self.coal)
+
+    @cached_property
+    def fcl(self) -> Fcl:
+        return Fcl(self.scene)
+
+    @cached_property
+    def problem(self) -> PathProblem:
+        parts = tuple(
+            Body(mesh.name, mesh, frame)
+            for mesh, frame in zip(self.scene.links, self.scene.frames, strict=True)
+        )
+        return PathProblem(
+            self.scene.chain, parts, (Body("obstacle", self.scene.obstacle),)
+        )
+
+    def time(self, jobs: dict[str, Callable[[], object]]) -> dict[str, float]:
+        return paired(jobs, self.repeats)
+
+
+def first_contact(bench: Bench) -> list[Line]:
+    """Row 1: one pose, one Python call, all links."""
+    lines = []
+    for name in POSES:
+        pose = bench.scene.poses[name]
+        one = pose.placements[None]
+        expected = bool(bench.moving.first_contacts(one)[0])
+        assert expected == bench.coal.geometry(pose, coal_request())
+        along = name.startswith("parallel")
+        default, tight = coal_request(), coal_request(tight=True)
+        transforms = bench.coal.transforms(pose)
+        pin = bench.pinocchio
+        pin.stand(pose)
+        q = pin.configuration(pose.q)
+        times = bench.time(
+            {
+                "ours": lambda one=one: bench.moving.first_contacts(one),
+                "Coal geometry API, default": lambda p=pose: bench.coal.geometry(
+                    p, default
+                ),
+                "Coal geometry API, break_distance=0": lambda p=pose: (
+                    bench.coal.geometry(p, tight)
+                ),
+                "Coal objects reused, default": lambda t=transforms: bench.coal.reused(
+                    t, default
+                ),
+                "Pinocchio one call, default": lambda q=q: pin.collide(q),
+                "python-fcl": lambda p=pose: bench.fcl.collide(p),
+            }
+        )
+        goals = {
+            "Coal geometry API, default": 10.0 if along else 5.0,
+            "Pinocchio one call, default": 2.0,
+        }
+        lines.append(_line("1 first contact", bench, name, times, goals))
+    return lines
+
+
+def every_contact(bench: Bench) -> list[Line]:
+    """Row 2: all triangle pairs in contact."""
+    lines = []
+    for name in ("touching 2 mm", "50 mm deep"):
+        pose = bench.scene.poses[name]
+        one = pose.placements[None]
+        found = len(bench.moving.contacts(one))
+        default, tight = coal_request(MANY), coal_request(MANY, tight=True)
+        counted = bench.coal.all_contacts(pose, default)
+        times = bench.time(
+            {
+                "ours": lambda one=one: bench.moving.contacts(one),
+                "Coal, default": lambda p=pose: bench.coal.all_contacts(p, default),
+                "Coal, break_distance=0": lambda p=pose: bench.coal.all_contacts(
+                    p, tight
+                ),
+                "python-fcl": lambda p=pose: bench.fcl.collide(p, MANY),
+            }
+        )
+        goals = {"Coal, default": 12.0, "Coal, break_distance=0": 6.0}
+        note = f"{found} pairs (Coal {counted})"
+        lines.append(_line("2 all contacts", bench, name, times, goals, note))
+    return lines
+
+
+def clearance(bench: Bench) -> list[Line]:
+    """Row 3: certified within 10 %, and exact."""
+    lines = []
+    for name in POSES[:3]:
+        pose = bench.scene.poses[name]
+        one = pose.placements[None]
+        times = bench.time(
+            {
+                "10 %": lambda one=one: bench.moving.clearances(one, 0.1),
+                "exact": lambda one=one: bench.moving.clearances(one, 0.0),
+                "coal.distance": lambda p=pose: bench.coal.distance(p),
+                "python-fcl distance": lambda p=pose: bench.fcl.distance(p),
+            }
+        )
+        exact, near = times.pop("exact"), times.pop("10 %")
+        distance = float(bench.moving.clearances(one)[0, 0])
+        note = f"{distance * 1e3:.3f} mm"
+        for row, ours, goal in (
+            ("3 clearance within 10 %", near, 25.0),
+            ("3 clearance, exact", exact, 0.75),
+        ):
+            line = _line(row, bench, name, {"ours": ours, **times}, {}, note)
+            line.goals["coal.distance"] = goal
+            lines.append(line)
+    return lines
+
+
+def many_poses(bench: Bench) -> list[Line]:
+    """Row 4: 1,000 poses in one call."""
+    lines = []
+    pin = bench.pinocchio
+    pin.stand(bench.scene.poses["clear"])
+    for end in ("clear", "free", "contact"):
+        qs = path_of(bench.scene, SAMPLES, end)
+        placed = _placements(bench, qs)
+        request = coal_request()
+        poses = [Pose(q, np.zeros(3), T) for q, T in zip(qs, placed, strict=True)]
+        values = [pin.configuration(q) for q in qs]
+        hits = bench.moving.first_contacts(placed)
+        times = bench.time(
+            {
+                "ours": lambda p=placed: bench.moving.first_contacts(p),
+                "Coal loop, geometry API, default": lambda p=poses: [
+                    bench.coal.geometry(x, request) for x in p
+                ],
+                "Pinocchio loop, default": lambda v=values: [pin.collide(x) for x in v],
+            }
+        )
+        goals = {
+            "Coal loop, geometry API, default": 20.0,
+            "Pinocchio loop, default": 7.0,
+        }
+        note = f"{int(hits.sum())} of {SAMPLES} poses in contact"
+        lines.append(_line("4 1,000 poses", bench, end, times, goals, note))
+    return lines
+
+
+def whole_path(bench: Bench) -> list[Line]:
+    """Row 5: every instant of the same motions, kinematics included."""
+    lines = []
+    for end in ("clear", "free", "contact"):
+        qs = path_of(bench.scene, SAMPLES, end)
+        verdict = search(bench.problem, qs)
+        goal = 2e-3 if end == "contact" else 0.3e-3
+        times = bench.time({"ours": lambda qs=qs: search(bench.problem, qs)})
+        counts = ", ".join(f"{n} {what}" for what, n in verdict.counts.items())
+        note = f"{verdict.verdict}; {counts}; goal {goal * 1e3:g} ms"
+        lines.append(_line("5 certified path", bench, end, times, {}, note))
+    return lines
+
+
+def exactness(bench: Bench) -> list[Line]:
+    """Row 6: the exact test against plain floating point, per leaf and per query."""
+    pose = bench.scene.poses["50 mm deep"]
+    one = pose.placements[None]
+    first, second = _leaf_pairs(bench, pose)
+    leaf = bench.time(
+        {
+            "ours": lambda: exact_contact.exact(first, second),
+            "float64, both ways round": lambda: triangle_contact.two_sided(
+                first, second
+            ),
+        }
+    )
+    query = bench.time(
+        {
+            "ours": lambda: bench.moving.contacts(one, "exact"),
+            "float64, both ways round": lambda: bench.moving.contacts(one, "two-sided"),
+        }
+    )
+    rng = np.random.default_rng(0)
+    lattice = rng.integers(0, 4, (2, 20_000, 3, 3)).astype(float)
+    hard = bench.time(
+        {
+            "ours": lambda: exact_contact.exact(*lattice),
+            "float64, both ways round": lambda: triangle_contact.two_sided(*lattice),
+        }
+    )
+    _, roads = exact_contact.exact_counted(*lattice)
+    lines = []
+    for what, times, goal, note in (
+        ("leaf", leaf, 1 / 1.5, f"{len(first)} pairs whose boxes meet"),
+        ("query", query, 1 / 1.1, "all contacts"),
+        ("degenerate", hard, 0.0, f"20,000 lattice pairs, {roads} by exact arithmetic"),
+    ):
+        line = _line("6 exactness", bench, what, times, {}, note)
+        if goal:
+            line.goals["float64, both ways round"] = goal
+        lines.append(line)
+    return lines
+
+
+def brute_force(bench: Bench) -> list[Line]:
+    """Row 7: every triangle against every triangle."""
+    pose = bench.scene.poses["50 mm deep"]
+    alpha = np.concatenate(
+        [
+            place_mesh(T, mesh).corners.reshape(-1, 9)
+            for T, mesh in zip(pose.placements, bench.scene.links, strict=True)
+        ]
+    )
+    beta = np.ascontiguousarray(bench.scene.obstacle.corners.reshape(-1, 9))
+    code = NARROWPHASES["exact"]
+    pairs = len(alpha) * len(beta)
+    # The slow ones are timed on a part and scaled: their work is that of the pairs.
+    part = beta[: max(1, int(2e7 / len(alpha)))]
+    few = beta[: max(1, int(1e6 / len(alpha)))]
+    times = bench.time(
+        {
+            "ours": lambda: all_pairs.all_contacts(code, alpha, beta),
+            "plain numba signs": lambda: all_pairs.all_contacts(
+                code, alpha, beta, vector=False
+            ),
+            "scalar numba loop": lambda: scalar_loop(alpha, part),
+            "chunked numpy": lambda: chunked_numpy(alpha, few),
+        }
+    )
+    times["scalar numba loop"] *= len(beta) / len(part)
+    times["chunked numpy"] *= len(beta) / len(few)
+    goals = {"scalar numba loop": 45.0, "chunked numpy": 500.0}
+    speed = pairs / times["ours"] / 1e9
+    note = f"{pairs:.3g} pairs, {speed:.2f} G verified pairs/s (goal 4 with AVX-512)"
+    return [_line("7 all pairs", bench, "50 mm deep", times, goals, note)]
+
+
+ROWS: dict[str, Callable[[Bench], list[Line]]] = {
+    "1": first_contact,
+    "2": every_contact,
+    "3": clearance,
+    "4": many_poses,
+    "5": whole_path,
+    "6": exactness,
+    "7": brute_force,
+}
+
+
+def _line(
+    row: str,
+    bench: Bench,
+    case: str,
+    times: dict[str, float],
+    goals: dict[str, float],
+    note: str = "",
+) -> Line:
+    others = {name: value for name, value in times.items() if name != "ours"}
+    a, b = bench.scene.counts
+    where = f"{bench.scene.name} ({a} x {b}), {case}"
+    return Line(row, where, times["ours"], others, dict(goals), note)
+
+
+def _placements(bench: Bench, qs: Any) -> Any:
+    """T_world_link along a path, (k, links, 4, 4)."""
+    chain = bench.scene.chain
+    kinematics = KinematicChain(
+        chain.parent + 1, chain.origin, chain.axis, chain.kind, chain.source,
+        chain.factor, chain.offset, qs.shape[1],
+    )  # fmt: skip
+    placed = kinematics.placements(qs)
+    return np.ascontiguousarray(placed[:, np.array(bench.scene.frames) + 1])
+
+
+def _leaf_pairs(bench: Bench, pose: Pose) -> tuple[Any, Any]:
+    """Triangles whose boxes meet at a pose, placed, two arrays (k, 3, 3)."""
+    first, second = [], []
+    parts = zip(bench.scene.links, bench.trees, pose.placements, strict=True)
+    for mesh, tree, T in parts:
+        ids = tree.candidates(bench.tree, T, np.eye(4))
+        first.append(place_mesh(T, mesh).corners[ids[:, 0]])
+        second.append(bench.scene.obstacle.corners[ids[:, 1]])
+    return np.concatenate(first), np.concatenate(second)
