@@ -280,4 +280,5 @@ def test_out_is_the_same_document(capsys, block, tmp_path):
     display = stored.pop("display")
     assert stored == json.loads(out)
     assert [link["name"] for link in display["links"]] == ["base", "arm"]
-    assert np.array(display["motions"][0]["placements"][0]["arm"]).shape == (12,)
+    assert "arm" in display["frames"]
+    assert display["motions"][0]["poses"] == 1

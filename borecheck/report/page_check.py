@@ -1,0 +1,133 @@
+"""What the page of a `check` shows, drawn from its document."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from borecheck.report.figures import clearance_plot
+from borecheck.report.pictures import pictures_at
+
+CHECKERS = {
+    "exact": "the sign of every determinant is exact; touching counts as contact",
+    "two-sided": "edges of both triangles against each other, in float64",
+    "paper:robot": "as published, the scanner's edges against the robot's triangles",
+    "paper:scanner": "as published, the robot's edges against the scanner's triangles",
+    "coal": "Coal's own triangle test and tree",
+}
+
+
+def views(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Motions with their plots and tables, the worst of them, and still pictures."""
+    motions = [_motion(k, m, document) for k, m in enumerate(_blocks(document))]
+    shown = [m for m in motions if m["reachable"]]
+    for number, motion in enumerate(shown):
+        motion["number"] = number  # its place in the display block
+        motion["plot"] = _plot(motion)
+    worst = min(shown, key=_badness) if shown else None
+    return {
+        "motions": motions,
+        "shown": sorted(shown, key=_badness),
+        "paths": sum(motion["path"] is not None for motion in shown),
+        "proven": sum(
+            bool((motion["path"] or {}).get("certified")) for motion in shown
+        ),
+        "worst": worst,
+        "checker_told": CHECKERS.get(document["checker"], ""),
+        "pictures": _pictures(document, worst),
+        "surfaces": len(document["scene"]["obstacles"]),
+        "parts": len(document["robot"]["parts"]),
+    }
+
+
+def _blocks(document: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
+    blocks: Sequence[Mapping[str, Any]] = document.get("plans", [document])
+    return blocks
+
+
+def _motion(
+    place: int, block: Mapping[str, Any], document: Mapping[str, Any]
+) -> dict[str, Any]:
+    path = block.get("path")
+    poses = path["poses"] if path else [block]
+    reachable = block.get("reachable", True)
+    worst = _worst_pose(path) if path else 0
+    return {
+        "place": place,
+        "number": None,
+        "name": str(block.get("name", "motion" if path else "pose")),
+        "block": block,
+        "path": path,
+        "reachable": reachable,
+        "verdict": block["verdict"],
+        "reason": block["reason"],
+        "worst": worst,
+        "pose": poses[worst] if reachable else None,
+        "fraction": path["fractions"][worst] if path else None,
+        "clearance": _least(poses) if reachable else None,
+        "links": _links(poses) if reachable else [],
+        "touching": _touching(poses[worst]) if reachable else [],
+        "margin": document["margin_m"],
+        "plot": None,
+    }
+
+
+def _worst_pose(path: Mapping[str, Any]) -> int:
+    fractions = list(path["fractions"])
+    return fractions.index(path["worst"]["fraction"])
+
+
+def _least(poses: Sequence[Mapping[str, Any]]) -> float | None:
+    found = [p["clearance_m"] for p in poses if p["clearance_m"] is not None]
+    return min(found) if found else None
+
+
+def _badness(motion: Mapping[str, Any]) -> tuple[int, float]:
+    order = {"contact": 0, "unknown": 1, "clear": 2}[motion["verdict"]]
+    least = motion["clearance"]
+    return order, -1.0 if least is None else least
+
+
+def _links(poses: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Every part's least clearance and the pose of it, nearest first."""
+    best: dict[str, tuple[float, int]] = {}
+    for k, pose in enumerate(poses):
+        for link, clearance in (pose.get("link_clearance") or {}).items():
+            if link not in best or clearance < best[link][0]:
+                best[link] = (clearance, k)
+    rows = [
+        {"link": link, "clearance": clearance, "pose": k}
+        for link, (clearance, k) in best.items()
+    ]
+    return sorted(rows, key=lambda row: float(row["clearance"]))
+
+
+def _touching(pose: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Pairs of parts in contact at a pose, with their triangles."""
+    found: dict[tuple[str, str], dict[str, Any]] = {}
+    for k, pair in enumerate([*pose["contacts"], *pose["self_contacts"]]):
+        names = (pair["link"], pair["obstacle"])
+        row = found.setdefault(
+            names, {"link": names[0], "obstacle": names[1], "first": k, "pairs": []}
+        )
+        row["pairs"].append((pair["link_triangle"], pair["obstacle_triangle"]))
+    return sorted(found.values(), key=lambda row: -len(row["pairs"]))
+
+
+def _plot(motion: Mapping[str, Any]) -> Markup | None:
+    if motion["path"] is None:
+        return None
+    title = f"Clearance along {motion['name']}: {motion['reason']}"
+    return clearance_plot(motion["path"], motion["margin"], motion["number"], title)
+
+
+def _pictures(
+    document: Mapping[str, Any], worst: Mapping[str, Any] | None
+) -> list[dict[str, Any]]:
+    display = document.get("display")
+    if display is None or worst is None:
+        return []
+    block = worst["block"]
+    plan = (block["entry"], block["target"]) if "entry" in block else None
+    closest = worst["pose"]["closest"]
+    return pictures_at(display, worst["number"], worst["worst"], closest, plan)

@@ -1,0 +1,38 @@
+// Unpacks the arrays that borecheck/report/display.py packed.
+
+export async function inflated(text, ArrayType) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new ArrayType(await new Response(stream).arrayBuffer());
+}
+
+// Positions [m] in the mesh's own frame, three a vertex, and indices, three a triangle.
+export async function meshArrays(block) {
+  const [packed, indices] = await Promise.all([
+    inflated(block.positions, Uint16Array),
+    inflated(block.indices, Uint32Array),
+  ]);
+  const positions = new Float32Array(packed.length);
+  for (let i = 0; i < packed.length; i += 1) {
+    positions[i] = block.low[i % 3] + packed[i] * block.step[i % 3];
+  }
+  return { positions, indices };
+}
+
+// What a motion knows of each pose: the verdict's fields, and the plan if there is one.
+export function motionsOf(result) {
+  if (result.plans) {
+    return result.plans
+      .filter((plan) => plan.path)
+      .map((plan) => ({ poses: plan.path.poses, fractions: plan.path.fractions, plan, worst: worstOf(plan.path) }));
+  }
+  if (result.path) {
+    return [{ poses: result.path.poses, fractions: result.path.fractions, worst: worstOf(result.path) }];
+  }
+  if (result.poses) return [{ poses: result.poses, worst: 0 }];
+  return [{ poses: [result], worst: 0 }];
+}
+
+function worstOf(path) {
+  return Math.max(0, path.fractions.indexOf(path.worst.fraction));
+}

@@ -1,0 +1,6 @@
+// Script of a page without geometry: sortable tables and copy buttons.
+import { copyButtons, sortableTables } from "./tables.js";
+
+document.documentElement.classList.add("js");
+sortableTables();
+copyButtons();
