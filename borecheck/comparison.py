@@ -95,6 +95,7 @@ class Comparison:
         pose_verdicts: For every pose contact or not, by checker; containment included
             for `exact` as "contained".
         contained: Per pose, what only containment sees: texts.
+        interrupted: Whether the user stopped it before the last pose.
     """
 
     joint_names: tuple[str, ...]
@@ -104,6 +105,7 @@ class Comparison:
     disagreements: tuple[CheckerDisagreement, ...]
     pose_verdicts: tuple[dict[str, bool], ...]
     contained: tuple[tuple[str, ...], ...]
+    interrupted: bool = False
 
     @property
     def unexplained(self) -> tuple[CheckerDisagreement, ...]:
@@ -119,6 +121,7 @@ def compare(
     checkers: Sequence[str] = CHECKERS,
     pruning: str = "bvh",
     progress: Progress | None = None,
+    keep_finished: bool = False,
 ) -> Comparison:
     """All checkers at every configuration, with every disagreement explained.
 
@@ -129,6 +132,7 @@ def compare(
         checkers: Which ones; `exact` is always among them, as the judge.
         pruning: none, coal or bvh.
         progress: Called with poses done and in all.
+        keep_finished: Return what is finished when the user interrupts.
 
     Raises:
         UsageError: No configuration.
@@ -139,10 +143,19 @@ def compare(
     poses = _poses(robot, qs)
     _warm_up(names)
     gathered = _Gathered(names)
-    for number, q in enumerate(poses):
-        _compare_pose(robot, scene, number, q, pruning, gathered)
-        if progress is not None:
-            progress(number + 1, len(poses))
+    interrupted = False
+    try:
+        for number, q in enumerate(poses):
+            gathered.begin_pose()
+            _compare_pose(robot, scene, number, q, pruning, gathered)
+            if progress is not None:
+                progress(number + 1, len(poses))
+    except KeyboardInterrupt:
+        if not keep_finished:
+            raise
+        gathered.drop_unfinished()
+        interrupted = True
+    poses = poses[: len(gathered.pose_verdicts)]
     return Comparison(
         joint_names=robot.model.joint_names,
         poses=tuple(tuple(float(v) for v in q) for q in poses),
@@ -151,6 +164,7 @@ def compare(
         disagreements=tuple(gathered.disagreements),
         pose_verdicts=tuple(gathered.pose_verdicts),
         contained=tuple(gathered.contained),
+        interrupted=interrupted,
     )
 
 
@@ -183,6 +197,19 @@ class _Gathered:
         self.disagreements: list[CheckerDisagreement] = []
         self.pose_verdicts: list[dict[str, bool]] = []
         self.contained: list[tuple[str, ...]] = []
+        self.begin_pose()
+
+    def begin_pose(self) -> None:
+        """Remembers how far it is, should the pose not be finished."""
+        self._before = (dict(self.summaries), len(self.disagreements))
+        self._finished = len(self.contained)
+
+    def drop_unfinished(self) -> None:
+        """Takes back what belongs to a pose that was interrupted."""
+        if len(self.contained) > self._finished:
+            return
+        self.summaries, known = self._before
+        del self.disagreements[known:], self.pose_verdicts[self._finished :]
 
     def add(self, name: str, found: Found, total: int, seconds: float) -> None:
         summary = self.summaries[name]
@@ -327,6 +354,7 @@ def _nested(triangle: Array) -> tuple[tuple[float, ...], ...]:
 def to_json(result: Comparison) -> dict[str, Any]:
     """Plain values for `json.dumps`, as the contract names them."""
     return {
+        "interrupted": result.interrupted,
         "poses": [
             {
                 "q": dict(zip(result.joint_names, q, strict=True)),

@@ -65,7 +65,7 @@ def plan_motion(
     description = robot.description
     if description is None or description.inverse is None:
         raise UsageError(f"{robot.name} has no inverse kinematics: give --path instead")
-    _check_mount(robot, plan)
+    check_mount(robot, plan)
     entry, target = np.array(plan.entry), np.array(plan.target)
     depth = float(np.linalg.norm(target - entry))
     direction = (target - entry) / depth
@@ -96,7 +96,12 @@ def _driven(
     return [(-standoff, start), (0.0, start), (depth, start + depth)]
 
 
-def _check_mount(robot: Robot, plan: NeedlePlan) -> None:
+def check_mount(robot: Robot, plan: NeedlePlan) -> None:
+    """Refuses a plan for the other mounting side.
+
+    Raises:
+        UsageError: The robot stands at another mount.
+    """
     mount = robot.arguments.get("mount")
     if plan.mount is None or mount is None:
         return

@@ -68,3 +68,35 @@ def test_refusals(zerobot, ct_gantry):
         bc.compare(zerobot, ct_gantry, np.zeros((0, 6)))
     with pytest.raises(JointLimitError):
         bc.compare(zerobot, ct_gantry, [[9.0, 0, 0, 0, 0, 0]])
+
+
+@pytest.mark.parametrize("keep", [True, False])
+def test_interrupted_keeps_whole_poses_only(zerobot, ct_gantry, monkeypatch, keep):
+    from borecheck import comparison
+
+    qs = zerobot.model.random_configurations(np.random.default_rng(7), 4)
+    whole = bc.compare(zerobot, ct_gantry, qs[:2])
+    real, calls = comparison.contacts, []
+
+    def stops_in_the_third_pose(*args, **options):
+        calls.append(1)
+        if len(calls) > per_pose * 2 + per_pose // 2:
+            raise KeyboardInterrupt
+        return real(*args, **options)
+
+    pairs = len(zerobot.parts) * len(ct_gantry.obstacles) + len(zerobot.self_pairs)
+    per_pose = pairs * len(CHECKERS)
+    monkeypatch.setattr(comparison, "_warm_up", lambda names: None)
+    monkeypatch.setattr(comparison, "contacts", stops_in_the_third_pose)
+    if not keep:
+        with pytest.raises(KeyboardInterrupt):
+            bc.compare(zerobot, ct_gantry, qs)
+        return
+    result = bc.compare(zerobot, ct_gantry, qs, keep_finished=True)
+    assert result.interrupted
+    assert len(result.poses) == len(result.contained) == 2
+    assert result.pose_verdicts == whole.pose_verdicts
+    assert result.disagreements == whole.disagreements
+    for name, summary in result.checkers.items():
+        assert summary.triangle_pairs == whole.checkers[name].triangle_pairs
+        assert summary.contact_poses == whole.checkers[name].contact_poses

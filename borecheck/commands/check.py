@@ -187,9 +187,12 @@ def _plans(
 ) -> dict[str, Any]:
     """All plans; what is finished stays when the user interrupts."""
     from borecheck.plan_file import read_plans
+    from borecheck.plan_motion import STANDOFF, check_mount
     from borecheck.verdict import worst_of
 
     plans = read_plans(args.plan)
+    for plan in plans:
+        check_mount(robot, plan)
     results: list[dict[str, Any]] = []
     interrupted = False
     try:
@@ -206,7 +209,12 @@ def _plans(
         "pruning": chosen.pruning,
         "margin_m": chosen.margin.size,
         "margin_kind": chosen.margin.kind,
-        "not_modelled": [*robot.not_modelled, *scene.not_modelled],
+        "not_modelled": [
+            *robot.not_modelled,
+            *scene.not_modelled,
+            f"the way to where a plan begins, {1e3 * STANDOFF:g} mm before its entry",
+            *dict.fromkeys(text for r in results for text in r.get("not_covered", ())),
+        ],
         "plans": results,
     }
 
@@ -228,14 +236,17 @@ def _one_plan(
 ) -> dict[str, Any]:
     from borecheck.path_check import check_motion
     from borecheck.plan_motion import UnreachableError, plan_motion
-    from borecheck.progress import Progress
+    from borecheck.progress import Progress, say
     from borecheck.report.document import motion_block
 
-    named = {
+    named: dict[str, Any] = {
         "name": plan.name,
         "entry": [float(x) for x in plan.entry],
         "target": [float(x) for x in plan.target],
+        "notes": _notes(plan),
     }
+    for note in named["notes"]:
+        say(f"borecheck: plan {plan.name}: {note}")
     try:
         motion = plan_motion(robot, plan)
     except UnreachableError as error:
@@ -254,5 +265,14 @@ def _one_plan(
     return {
         **named,
         "reachable": True,
+        "not_covered": list(answer.not_covered),
         **motion_block(answer, robot.model.joint_names),
     }
+
+
+def _notes(plan: "NeedlePlan") -> list[str]:
+    """How the plan was read, and what of it the robot's own joints decide."""
+    notes = list(plan.notes)
+    if plan.roll is not None:
+        notes.append("its roll is not followed: the joints decide it")
+    return notes

@@ -46,6 +46,7 @@ def run(args: argparse.Namespace) -> int:
 
     announce_compilation()
     from borecheck.exit_status import ExitStatus
+    from borecheck.progress import say
     from borecheck.report.document import header
     from borecheck.report.text import compare_text
 
@@ -57,6 +58,9 @@ def run(args: argparse.Namespace) -> int:
     else:
         document |= _compared(args)
     emit(args, document, compare_text)
+    if document.get("interrupted"):
+        say(f"borecheck: interrupted after {len(document['poses'])} poses")
+        return ExitStatus.INTERRUPTED
     unexplained = [d for d in document["disagreements"] if d["cause"] is None]
     return ExitStatus.FINDINGS if unexplained else ExitStatus.CLEAN
 
@@ -76,6 +80,7 @@ def _compared(args: argparse.Namespace) -> dict[str, Any]:
         checkers=checkers,
         pruning=args.pruning,
         progress=Progress("poses"),
+        keep_finished=True,
     )
     document: dict[str, Any] = {
         "robot": robot_block(robot),
