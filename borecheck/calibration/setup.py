@@ -1,11 +1,14 @@
 """How an arm is measured: devices, target, encoders; from its package or assumed.
 
-A robot's package says it in the entry-point group `borecheck.calibration`, under the
-robot's name; for any other arm cameras and a laser tracker are placed around it.
+A robot's package says it in a module `calibration_setup` beside its description, as
+`SETUP`; for any other arm cameras and a laser tracker are placed around it.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.metadata import entry_points
+from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +21,6 @@ from borecheck.calibration.sensors import (
     looking_at,
 )
 from borecheck.calibration.serial_arm import SerialArm
-from borecheck.description import installed, installed_names
 
 Array = NDArray[np.float64]
 
@@ -62,10 +64,13 @@ class CalibrationSetup:
 
 def setup_of(name: str) -> CalibrationSetup:
     """The set-up of an installed robot, or a general one."""
-    if name not in installed_names("calibration"):
-        return CalibrationSetup()
-    found: CalibrationSetup = installed("calibration", "calibration set-up", name)
-    return found
+    for entry in entry_points(group="borecheck.robots", name=name):
+        package = entry.module.rpartition(".")[0]
+        module = f"{package}.calibration_setup"
+        if package and find_spec(module) is not None:
+            found: CalibrationSetup = import_module(module).SETUP
+            return found
+    return CalibrationSetup()
 
 
 def sensors_of(
