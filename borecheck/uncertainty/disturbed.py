@@ -1,6 +1,7 @@
 """Where the links are when joints, dimensions and registration are off by a little."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -100,25 +101,26 @@ class Disturbed:
         )
 
     def _by_argument(self, name: str) -> dict[str, Twist]:
-        behind = self._with_argument(name, -STEP).placements(self.q)
-        ahead = self._with_argument(name, STEP).placements(self.q)
+        behind = _with_argument(self.robot, name, -STEP).placements(self.q)
+        ahead = _with_argument(self.robot, name, STEP).placements(self.q)
         root = self.robot.T_scene_root
         return _twists(
             {link: root @ T for link, T in behind.items()},
             {link: root @ T for link, T in ahead.items()},
         )
 
-    def _with_argument(self, name: str, by: float) -> RobotModel:
-        """The model with one xacro argument changed; meshes are not looked at."""
-        robot = self.robot
-        changed = repr(float(robot.arguments[name]) + by)
-        arguments = {**robot.arguments, name: changed}
-        if robot.description is None:
-            text, _ = read_urdf(robot.file, arguments, ())
-        else:
-            arguments = complete_arguments(robot.description, arguments)
-            text = expand(robot.file, arguments).text
-        return RobotModel(text, str(robot.file))
+
+@lru_cache(maxsize=64)
+def _with_argument(robot: Robot, name: str, by: float) -> RobotModel:
+    """The model with one xacro argument changed; meshes are not looked at."""
+    changed = repr(float(robot.arguments[name]) + by)
+    arguments = {**robot.arguments, name: changed}
+    if robot.description is None:
+        text, _ = read_urdf(robot.file, arguments, ())
+    else:
+        arguments = complete_arguments(robot.description, arguments)
+        text = expand(robot.file, arguments).text
+    return RobotModel(text, str(robot.file))
 
 
 def _twists(behind: dict[str, Array], ahead: dict[str, Array]) -> dict[str, Twist]:

@@ -11,11 +11,12 @@ obstacle and is left out.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.bvh import Closest as TreeClosest
+from borecheck.clearance import to_obstacles
 from borecheck.corridor import Corridor
 from borecheck.pair_search import surface
 from borecheck.placing import placed_bounds
@@ -24,13 +25,14 @@ from borecheck.se3 import inverse
 from borecheck.uncertainty.disturbed import Disturbed
 
 Array = NDArray[np.float64]
+Pair = tuple[int, int]
 
 WORLD = np.eye(4)
 
 # Where the nearest pairs are looked up, in standard deviations, and how many random
 # directions beside the principal ones; the seed is fixed: no verdict depends on it.
 RADIUS = 2.0
-DIRECTIONS = 24
+DIRECTIONS = 16
 SEED = 7
 
 # Pairs farther off than so many standard deviations count for nothing.
@@ -105,38 +107,64 @@ def cuts(
 ) -> Cuts | None:
     """The cuts around the nominal pose; None if a pair is in contact there."""
     root = square_root(disturbed.uncertainty.covariance)
-    origin = np.zeros(len(root))
-    names: list[tuple[str, str]] = []
-    points: list[Array] = []
-    rows: list[tuple[float, Array]] = []
-    nominal: dict[tuple[str, str], float] = {}
-    for x in (origin, *_around(root)):
+    found = _Found([], [], [])
+    at_nominal: dict[Pair, float] = {}
+    for pair in _near(disturbed, scene, corridor, root):
+        cut = _cut(disturbed, scene, pair, disturbed.nominal)
+        if cut is None:
+            return None
+        found.add(pair, cut)
+        at_nominal[pair] = cut.distance
+    pairs = _that_matter(found, root)
+    for x in _around(root):
         placed = disturbed.placements(x)
-        for index, number, closest in _near(disturbed, scene, placed, corridor, root):
-            link = disturbed.robot.parts[index].link
-            found = _cut(disturbed, link, closest, placed)
-            if found is None:
-                if x is origin:
-                    return None
-                continue
-            name = (
-                disturbed.robot.parts[index].mesh.name,
-                scene.obstacles[number].name,
-            )
-            distance, gradient, point = found
-            if x is origin:
-                nominal[name] = distance
-            other_side = distance < nominal.get(name, 0.0) - SAME_SIDE
-            if not other_side and not _known(name, point, names, points):
-                names.append(name)
-                points.append(point)
-                rows.append((distance, gradient))
+        for pair in pairs:
+            cut = _cut(disturbed, scene, pair, placed)
+            if cut is not None and cut.distance >= at_nominal[pair] - SAME_SIDE:
+                found.add(pair, cut)
+    if not found.cuts:
+        return None
+    parts, obstacles = disturbed.robot.parts, scene.obstacles
     return Cuts(
-        tuple(names),
-        np.array([distance for distance, _ in rows]),
-        np.array([gradient for _, gradient in rows]),
+        tuple((parts[i].mesh.name, obstacles[j].name) for i, j in found.pairs),
+        np.array([cut.distance for cut in found.cuts]),
+        np.array([cut.gradient for cut in found.cuts]),
         root,
     )
+
+
+class _Cut(NamedTuple):
+    """Distance and gradient at x = 0, and the part's point in its own frame."""
+
+    distance: float
+    gradient: Array
+    point: Array
+
+
+class _Found(NamedTuple):
+    """Cuts so far, each with its pair; points closer than SAME_POINT are one."""
+
+    pairs: list[Pair]
+    cuts: list[_Cut]
+    points: list[Array]
+
+    def add(self, pair: Pair, cut: _Cut) -> None:
+        for other, place in zip(self.pairs, self.points, strict=True):
+            if pair == other and np.abs(cut.point - place).max() < SAME_POINT:
+                return
+        self.pairs.append(pair)
+        self.cuts.append(cut)
+        self.points.append(cut.point)
+
+
+def _that_matter(found: _Found, root: Array) -> list[Pair]:
+    """The pairs that can come nearer than the nominal clearance at all."""
+    least = min((cut.distance for cut in found.cuts), default=0.0)
+    return [
+        pair
+        for pair, cut in zip(found.pairs, found.cuts, strict=True)
+        if cut.distance - REACH * np.linalg.norm(cut.gradient @ root) <= least
+    ]
 
 
 def square_root(covariance: Array) -> Array:
@@ -154,65 +182,44 @@ def _around(root: Array) -> list[Array]:
 
 
 def _near(
-    disturbed: Disturbed,
-    scene: Scene,
-    placed: dict[str, Array],
-    corridor: Corridor | None,
-    root: Array,
-) -> list[tuple[int, int, TreeClosest]]:
-    """Pairs of part and obstacle near enough to matter, with their nearest points."""
+    disturbed: Disturbed, scene: Scene, corridor: Corridor | None, root: Array
+) -> list[Pair]:
+    """Part and obstacle of the pairs that may matter by their boxes, nearest first."""
     robot = disturbed.robot
     gaps = []
     for index, part in enumerate(robot.parts):
-        low, high = placed_bounds(placed[part.link], part.mesh.bounds)
+        low, high = placed_bounds(disturbed.nominal[part.link], part.mesh.bounds)
         for number, obstacle in enumerate(scene.obstacles):
             if corridor is not None and robot.may_enter(part.link, obstacle.role):
                 continue
             box = obstacle.mesh.bounds
             gap = np.maximum(0.0, np.maximum(low - box[1], box[0] - high))
             gaps.append((float(np.linalg.norm(gap)), index, number))
-    gaps.sort()
-    kept: list[tuple[int, int, TreeClosest]] = []
-    nearest = math.inf
+    closest, _ = to_obstacles(robot, scene, disturbed.nominal, corridor)
+    least = closest.upper if closest is not None else 0.0
     # a lever of 1 m turns an angle's standard deviation into metres
     widest = float(np.linalg.norm(root, axis=1).sum())
-    for gap, index, number in gaps:
-        if gap > nearest + REACH * widest:
-            break
-        part, obstacle = robot.parts[index], scene.obstacles[number]
-        found = surface(part.mesh).tree.closest(
-            surface(obstacle.mesh).tree, placed[part.link], WORLD
-        )
-        nearest = min(nearest, float(found.lower))
-        kept.append((index, number, found))
-    return kept
+    limit = least + REACH * widest
+    return [(index, number) for gap, index, number in sorted(gaps) if gap <= limit]
 
 
 def _cut(
-    disturbed: Disturbed, link: str, closest: TreeClosest, placed: dict[str, Array]
-) -> tuple[float, Array, Array] | None:
-    """Distance and gradient at x = 0, and the part's point in its own frame."""
+    disturbed: Disturbed, scene: Scene, pair: Pair, placed: dict[str, Array]
+) -> _Cut | None:
+    """The cut of a pair's nearest points where the links are as placed."""
+    part, obstacle = disturbed.robot.parts[pair[0]], scene.obstacles[pair[1]]
+    T, T_nominal = placed[part.link], disturbed.nominal[part.link]
+    tree, around = surface(part.mesh).tree, surface(obstacle.mesh).tree
+    closest = tree.closest(around, T, WORLD)
     p, o = np.array(closest.point_self), np.array(closest.point_other)
     length = float(np.linalg.norm(p - o))
     if length <= 0.0:
         return None
     normal = (p - o) / length
-    in_part = (inverse(placed[link]) @ [*p, 1.0])[:3]
-    at_nominal = (disturbed.nominal[link] @ [*in_part, 1.0])[:3]
-    gradient = disturbed.gradient(link, at_nominal, normal)
-    return float(normal @ (at_nominal - o)), gradient, in_part
-
-
-def _known(
-    name: tuple[str, str],
-    point: Array,
-    names: list[tuple[str, str]],
-    points: list[Array],
-) -> bool:
-    return any(
-        name == other and np.abs(point - place).max() < SAME_POINT
-        for other, place in zip(names, points, strict=True)
-    )
+    point = (inverse(T) @ [*p, 1.0])[:3]
+    at_nominal = (T_nominal @ [*point, 1.0])[:3]
+    gradient = disturbed.gradient(part.link, at_nominal, normal)
+    return _Cut(float(normal @ (at_nominal - o)), gradient, point)
 
 
 def _below(distance: float, sigma: float) -> float:
