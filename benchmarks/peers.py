@@ -55,6 +55,7 @@ class Coal:
         self.result = coal.CollisionResult()
 
     def transforms(self, pose: Pose) -> list[Any]:
+        """Coal's transforms of all links."""
         return [
             self._coal.Transform3s(T[:3, :3].copy(), T[:3, 3].copy())
             for T in pose.placements
@@ -81,6 +82,7 @@ class Coal:
         return False
 
     def all_contacts(self, pose: Pose, request: Any) -> int:
+        """How many triangle pairs are in contact."""
         coal = self._coal
         count = 0
         for model, T in zip(self.links, pose.placements, strict=True):
@@ -91,6 +93,7 @@ class Coal:
         return count
 
     def distance(self, pose: Pose) -> float:
+        """Least distance of all links."""
         coal = self._coal
         least = np.inf
         for model, T in zip(self.links, pose.placements, strict=True):
@@ -103,7 +106,7 @@ class Coal:
 
 
 class Pinocchio:
-    """The chain and its meshes as Pinocchio has them: one call for kinematics and all."""
+    """Chain and meshes as Pinocchio has them: one call for kinematics and all."""
 
     def __init__(self, scene: BenchScene, coal: Coal) -> None:
         import pinocchio as pin
@@ -117,7 +120,9 @@ class Pinocchio:
         for j in range(chain.frame_count):
             origin = pin.SE3(chain.origin[j])
             before = 0 if chain.parent[j] < 0 else ids[chain.parent[j]]
-            placed = origin if chain.parent[j] < 0 else offsets[chain.parent[j]] * origin
+            placed = (
+                origin if chain.parent[j] < 0 else offsets[chain.parent[j]] * origin
+            )
             if chain.kind[j] not in (TURNS, SLIDES):
                 ids.append(before)
                 offsets.append(placed)
@@ -144,11 +149,8 @@ class Pinocchio:
             self.geometry.addCollisionPair(pin.CollisionPair(index, self.obstacle))
         self.geometry_data = self.geometry.createData()
 
-    def set_tight(self, tight: bool) -> None:
-        for request in self.geometry_data.collisionRequests:
-            request.break_distance = 0.0 if tight else 1e-3
-
     def configuration(self, q: Any) -> Any:
+        """Q of Pinocchio's joints, mimic joints expanded."""
         return np.array([factor * q[s] + offset for s, factor, offset in self.entries])
 
     def stand(self, pose: Pose) -> None:
@@ -158,6 +160,7 @@ class Pinocchio:
         )
 
     def collide(self, q: Any) -> bool:
+        """Kinematics and collision of all links in one call, up to the first."""
         return bool(
             self._pin.computeCollisions(
                 self.model, self.data, self.geometry, self.geometry_data, q, True
@@ -188,6 +191,7 @@ class Fcl:
         return model
 
     def collide(self, pose: Pose, contacts: int = 1) -> int:
+        """How many contacts are found, up to that many for a link."""
         fcl = self._fcl
         count = 0
         for item, T in zip(self.objects, pose.placements, strict=True):
@@ -202,6 +206,7 @@ class Fcl:
         return count
 
     def distance(self, pose: Pose) -> float:
+        """Least distance of all links."""
         fcl = self._fcl
         least = np.inf
         for item, T in zip(self.objects, pose.placements, strict=True):

@@ -43,9 +43,7 @@ def _edges_through(a: Array, b: Array, side: Array) -> int:
     for e in range(3):
         p, q = b[:, e], b[:, (e + 1) % 3]
         turns = [
-            np.einsum(
-                "ij,ij->i", q - p, np.cross(a[:, k] - p, a[:, (k + 1) % 3] - p)
-            )
+            np.einsum("ij,ij->i", q - p, np.cross(a[:, k] - p, a[:, (k + 1) % 3] - p))
             for k in range(3)
         ]
         same = np.stack(turns)

@@ -10,7 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.scenes import BENT, FOOT, SIZES, STRAIGHT, arm_chain, make_scene, placements
+from benchmarks.scenes import (
+    BENT,
+    FOOT,
+    SIZES,
+    STRAIGHT,
+    arm_chain,
+    make_scene,
+    placements,
+)
 from borecheck.batch import MovingLinks
 from borecheck.bvh import MeshTree
 from borecheck.mesh import TriangleMesh

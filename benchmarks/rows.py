@@ -21,6 +21,7 @@ from borecheck.placing import place_mesh
 from borecheck.triangle_contact import NARROWPHASES
 
 SAMPLES = 1000  # poses on a path
+ENDS = ("clear", "free", "contact")  # see poses.path_of
 
 
 @dataclass(frozen=True)
@@ -62,18 +63,22 @@ class Bench:
 
     @cached_property
     def coal(self) -> Coal:
+        """Coal's models of it."""
         return Coal(self.scene)
 
     @cached_property
-    def pinocchio(self) -> Pinocchio:
+    def pin(self) -> Pinocchio:
+        """Pinocchio's model of it."""
         return Pinocchio(self.scene, self.coal)
 
     @cached_property
     def fcl(self) -> Fcl:
+        """python-fcl's models of it."""
         return Fcl(self.scene)
 
     @cached_property
     def problem(self) -> PathProblem:
+        """The certified search's view of it."""
         parts = tuple(
             Body(mesh.name, mesh, frame)
             for mesh, frame in zip(self.scene.links, self.scene.frames, strict=True)
@@ -83,141 +88,138 @@ class Bench:
         )
 
     def time(self, jobs: dict[str, Callable[[], object]]) -> dict[str, float]:
+        """Median CPU seconds of every job, in turns."""
         return paired(jobs, self.repeats)
 
 
 def first_contact(bench: Bench) -> list[Line]:
     """Row 1: one pose, one Python call, all links."""
-    lines = []
-    for name in POSES:
-        pose = bench.scene.poses[name]
-        one = pose.placements[None]
-        expected = bool(bench.moving.first_contacts(one)[0])
-        assert expected == bench.coal.geometry(pose, coal_request())
-        along = name.startswith("parallel")
-        default, tight = coal_request(), coal_request(tight=True)
-        transforms = bench.coal.transforms(pose)
-        pin = bench.pinocchio
-        pin.stand(pose)
-        q = pin.configuration(pose.q)
-        times = bench.time(
-            {
-                "ours": lambda one=one: bench.moving.first_contacts(one),
-                "Coal geometry API, default": lambda p=pose: bench.coal.geometry(
-                    p, default
-                ),
-                "Coal geometry API, break_distance=0": lambda p=pose: (
-                    bench.coal.geometry(p, tight)
-                ),
-                "Coal objects reused, default": lambda t=transforms: bench.coal.reused(
-                    t, default
-                ),
-                "Pinocchio one call, default": lambda q=q: pin.collide(q),
-                "python-fcl": lambda p=pose: bench.fcl.collide(p),
-            }
-        )
-        goals = {
-            "Coal geometry API, default": 10.0 if along else 5.0,
-            "Pinocchio one call, default": 2.0,
+    return [_first_contact_at(bench, name) for name in POSES]
+
+
+def _first_contact_at(bench: Bench, name: str) -> Line:
+    pose = bench.scene.poses[name]
+    one, moving, coal, pin = pose.placements[None], bench.moving, bench.coal, bench.pin
+    default, tight = coal_request(), coal_request(tight=True)
+    if bool(moving.first_contacts(one)[0]) != coal.geometry(pose, default):
+        raise RuntimeError(f"{bench.scene.name}, {name}: Coal sees something else")
+    transforms = coal.transforms(pose)
+    pin.stand(pose)
+    q = pin.configuration(pose.q)
+    times = bench.time(
+        {
+            "ours": lambda: moving.first_contacts(one),
+            "Coal geometry API, default": lambda: coal.geometry(pose, default),
+            "Coal geometry API, break_distance=0": lambda: coal.geometry(pose, tight),
+            "Coal objects reused, default": lambda: coal.reused(transforms, default),
+            "Coal objects reused, break_distance=0": lambda: coal.reused(
+                transforms, tight
+            ),
+            "Pinocchio one call, default": lambda: pin.collide(q),
+            "python-fcl": lambda: bench.fcl.collide(pose),
         }
-        lines.append(_line("1 first contact", bench, name, times, goals))
-    return lines
+    )
+    goals = {
+        "Coal geometry API, default": 10.0 if name.startswith("parallel") else 5.0,
+        "Pinocchio one call, default": 2.0,
+    }
+    return _line("1 first contact", bench, name, times, goals)
 
 
 def every_contact(bench: Bench) -> list[Line]:
     """Row 2: all triangle pairs in contact."""
-    lines = []
-    for name in ("touching 2 mm", "50 mm deep"):
-        pose = bench.scene.poses[name]
-        one = pose.placements[None]
-        found = len(bench.moving.contacts(one))
-        default, tight = coal_request(MANY), coal_request(MANY, tight=True)
-        counted = bench.coal.all_contacts(pose, default)
-        times = bench.time(
-            {
-                "ours": lambda one=one: bench.moving.contacts(one),
-                "Coal, default": lambda p=pose: bench.coal.all_contacts(p, default),
-                "Coal, break_distance=0": lambda p=pose: bench.coal.all_contacts(
-                    p, tight
-                ),
-                "python-fcl": lambda p=pose: bench.fcl.collide(p, MANY),
-            }
-        )
-        goals = {"Coal, default": 12.0, "Coal, break_distance=0": 6.0}
-        note = f"{found} pairs (Coal {counted})"
-        lines.append(_line("2 all contacts", bench, name, times, goals, note))
-    return lines
+    return [_every_contact_at(bench, name) for name in POSES[3:]]
+
+
+def _every_contact_at(bench: Bench, name: str) -> Line:
+    pose = bench.scene.poses[name]
+    one, moving, coal = pose.placements[None], bench.moving, bench.coal
+    default, tight = coal_request(MANY), coal_request(MANY, tight=True)
+    times = bench.time(
+        {
+            "ours": lambda: moving.contacts(one),
+            "Coal, default": lambda: coal.all_contacts(pose, default),
+            "Coal, break_distance=0": lambda: coal.all_contacts(pose, tight),
+            "python-fcl": lambda: bench.fcl.collide(pose, MANY),
+        }
+    )
+    goals = {"Coal, default": 12.0, "Coal, break_distance=0": 6.0}
+    counts = len(moving.contacts(one)), coal.all_contacts(pose, default)
+    note = f"{counts[0]} pairs (Coal {counts[1]})"
+    return _line("2 all contacts", bench, name, times, goals, note)
 
 
 def clearance(bench: Bench) -> list[Line]:
     """Row 3: certified within 10 %, and exact."""
-    lines = []
-    for name in POSES[:3]:
-        pose = bench.scene.poses[name]
-        one = pose.placements[None]
-        times = bench.time(
-            {
-                "10 %": lambda one=one: bench.moving.clearances(one, 0.1),
-                "exact": lambda one=one: bench.moving.clearances(one, 0.0),
-                "coal.distance": lambda p=pose: bench.coal.distance(p),
-                "python-fcl distance": lambda p=pose: bench.fcl.distance(p),
-            }
-        )
-        exact, near = times.pop("exact"), times.pop("10 %")
-        distance = float(bench.moving.clearances(one)[0, 0])
-        note = f"{distance * 1e3:.3f} mm"
+    return [line for name in POSES[:3] for line in _clearance_at(bench, name)]
+
+
+def _clearance_at(bench: Bench, name: str) -> list[Line]:
+    pose = bench.scene.poses[name]
+    one, moving = pose.placements[None], bench.moving
+    times = bench.time(
+        {
+            "10 %": lambda: moving.clearances(one, 0.1),
+            "exact": lambda: moving.clearances(one, 0.0),
+            "coal.distance": lambda: bench.coal.distance(pose),
+            "python-fcl distance": lambda: bench.fcl.distance(pose),
+        }
+    )
+    exact, near = times.pop("exact"), times.pop("10 %")
+    note = f"{float(moving.clearances(one)[0, 0]) * 1e3:.3f} mm"
+    return [
+        _line(row, bench, name, {"ours": ours, **times}, {"coal.distance": goal}, note)
         for row, ours, goal in (
             ("3 clearance within 10 %", near, 25.0),
             ("3 clearance, exact", exact, 0.75),
-        ):
-            line = _line(row, bench, name, {"ours": ours, **times}, {}, note)
-            line.goals["coal.distance"] = goal
-            lines.append(line)
-    return lines
+        )
+    ]
 
 
 def many_poses(bench: Bench) -> list[Line]:
     """Row 4: 1,000 poses in one call."""
-    lines = []
-    pin = bench.pinocchio
-    pin.stand(bench.scene.poses["clear"])
-    for end in ("clear", "free", "contact"):
-        qs = path_of(bench.scene, SAMPLES, end)
-        placed = _placements(bench, qs)
-        request = coal_request()
-        poses = [Pose(q, np.zeros(3), T) for q, T in zip(qs, placed, strict=True)]
-        values = [pin.configuration(q) for q in qs]
-        hits = bench.moving.first_contacts(placed)
-        times = bench.time(
-            {
-                "ours": lambda p=placed: bench.moving.first_contacts(p),
-                "Coal loop, geometry API, default": lambda p=poses: [
-                    bench.coal.geometry(x, request) for x in p
-                ],
-                "Pinocchio loop, default": lambda v=values: [pin.collide(x) for x in v],
-            }
-        )
-        goals = {
-            "Coal loop, geometry API, default": 20.0,
-            "Pinocchio loop, default": 7.0,
+    bench.pin.stand(bench.scene.poses["clear"])
+    return [_many_poses_to(bench, end) for end in ENDS]
+
+
+def _many_poses_to(bench: Bench, end: str) -> Line:
+    qs = path_of(bench.scene, SAMPLES, end)
+    placed = _placements(bench, qs)
+    default, tight = coal_request(), coal_request(tight=True)
+    poses = [Pose(q, np.zeros(3), T) for q, T in zip(qs, placed, strict=True)]
+    values = [bench.pin.configuration(q) for q in qs]
+    hits = bench.moving.first_contacts(placed)
+    coal, pin = bench.coal, bench.pin
+    times = bench.time(
+        {
+            "ours": lambda: bench.moving.first_contacts(placed),
+            "Coal loop, geometry API, default": lambda: [
+                coal.geometry(pose, default) for pose in poses
+            ],
+            "Coal loop, geometry API, break_distance=0": lambda: [
+                coal.geometry(pose, tight) for pose in poses
+            ],
+            "Pinocchio loop, default": lambda: [pin.collide(q) for q in values],
         }
-        note = f"{int(hits.sum())} of {SAMPLES} poses in contact"
-        lines.append(_line("4 1,000 poses", bench, end, times, goals, note))
-    return lines
+    )
+    goals = {"Coal loop, geometry API, default": 20.0, "Pinocchio loop, default": 7.0}
+    note = f"{int(hits.sum())} of {SAMPLES} poses in contact; goal 0.5 ms"
+    return _line("4 1,000 poses", bench, end, times, goals, note)
 
 
 def whole_path(bench: Bench) -> list[Line]:
     """Row 5: every instant of the same motions, kinematics included."""
-    lines = []
-    for end in ("clear", "free", "contact"):
-        qs = path_of(bench.scene, SAMPLES, end)
-        verdict = search(bench.problem, qs)
-        goal = 2e-3 if end == "contact" else 0.3e-3
-        times = bench.time({"ours": lambda qs=qs: search(bench.problem, qs)})
-        counts = ", ".join(f"{n} {what}" for what, n in verdict.counts.items())
-        note = f"{verdict.verdict}; {counts}; goal {goal * 1e3:g} ms"
-        lines.append(_line("5 certified path", bench, end, times, {}, note))
-    return lines
+    return [_whole_path_to(bench, end) for end in ENDS]
+
+
+def _whole_path_to(bench: Bench, end: str) -> Line:
+    qs = path_of(bench.scene, SAMPLES, end)
+    verdict = search(bench.problem, qs)
+    times = bench.time({"ours": lambda: search(bench.problem, qs)})
+    counts = ", ".join(f"{n} {what}" for what, n in verdict.counts.items())
+    goal = 2.0 if end == "contact" else 0.3
+    note = f"{verdict.verdict}; {counts}; goal {goal:g} ms"
+    return _line("5 certified path", bench, end, times, {}, note)
 
 
 def exactness(bench: Bench) -> list[Line]:

@@ -1,4 +1,4 @@
-"""CPU time of things that do the same job, taken in turns so that noise hits all alike."""
+"""CPU time of things that do the same job, in turns so that noise hits all alike."""
 
 import time
 from collections.abc import Callable, Mapping

@@ -90,12 +90,9 @@ class Chain:
 
     def extent(self, largest: Array) -> float:
         """Bound on the distance of any frame's origin from the world's, [m]."""
-        farthest = np.zeros(self.frame_count)
         slide = np.where(self.kind == SLIDES, largest, 0.0)
-        for j in range(self.frame_count):
-            before = farthest[self.parent[j]] if self.parent[j] != WORLD else 0.0
-            farthest[j] = before + self.length[j] + slide[j]
-        return float(farthest.max(initial=0.0))
+        # No way through the chain is longer than all of it.
+        return float((self.length + slide).sum())
 
     @property
     def frame_count(self) -> int:
@@ -110,12 +107,9 @@ class Chain:
     def thetas(self, q: ArrayLike) -> Array:
         """Joint values (..., n) of configurations (..., nq); 0 for fixed joints."""
         q = np.asarray(q, dtype=np.float64)
-        moving = self.kind != FIXED
-        values = np.zeros((*q.shape[:-1], self.frame_count))
-        values[..., moving] = (
-            self.factor[moving] * q[..., self.source[moving]] + self.offset[moving]
-        )
-        return values
+        values = self.factor * q[..., self.source] + self.offset
+        values[..., self.kind == FIXED] = 0.0
+        return np.ascontiguousarray(values)
 
 
 _CHAIN_TYPES = {

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from borecheck.bvh_build import CHILD_ROW, WIDTH
 from borecheck.motion_bounds import WORLD, Chain, Route, displacement, gains
 from borecheck.path_outcome import Timeline
+from borecheck.placing import place_point
 from borecheck.solid import _ON_SURFACE, winding_number
 from borecheck.swept_boxes import EXTENT
 
@@ -46,11 +47,9 @@ def examine_containment(
     for start, end in _clear_stretches(timeline.of_pair(pair.names)):
         # A stretch is proven clear with its ends, so any instant of it will do.
         placed = motion.place(chain, start * timeline.span)
-        T_b_a = pair.undo
-        if b.frame != WORLD:
-            T_b_a = np.linalg.inv(placed[b.frame])
-        T_b_a = T_b_a @ placed[a.frame]
-        reason = _held(a, b, T_b_a) or _held(b, a, np.linalg.inv(T_b_a))
+        T_a = placed[a.frame]
+        T_b = b.T_frame_mesh if b.frame == WORLD else placed[b.frame]
+        reason = _held(a, T_a, b, T_b) or _held(b, T_b, a, T_a)
         if reason:
             timeline.add_contained(pair.names, reason, start, end)
 
@@ -67,22 +66,40 @@ def _clear_stretches(taken: list[tuple[float, float]]) -> list[tuple[float, floa
     return left
 
 
-def _held(inner: "Body", outer: "Body", T_outer_inner: Array) -> str:
+def _held(inner: "Body", T_inner: Array, outer: "Body", T_outer: Array) -> str:
     """Why outer holds a part of inner, or nothing."""
-    low, high = outer.mesh.bounds
-    for corner in inner.one_corner_each:
-        p = T_outer_inner[:3, :3] @ corner + T_outer_inner[:3, 3]
-        if (p < low).any() or (p > high).any():
+    tree = outer.tree
+    found = _inside(
+        inner.one_corner_each, T_inner, T_outer, outer.mesh.bounds,
+        tree.nodes, tree.frames[0], tree.depth, tree.corners,
+    )  # fmt: skip
+    if found == _ON_SURFACE:
+        return f"{inner.name} touches {outer.name}"
+    return f"{inner.name} is inside {outer.name}" if found != 0 else ""
+
+
+@njit(**_KERNEL)
+def _inside(points, T_inner, T_outer, bounds, nodes, frame, depth, corners):  # type: ignore[no-untyped-def]
+    """Winding number of the first of the points that is not outside, or 0.
+
+    Points are given in the frame of the inner mesh; both placements are rigid up to
+    what `check_transform` lets pass, so the way back is a true inverse.
+    """
+    undo = np.linalg.inv(T_outer)
+    at = np.zeros(3)
+    for k in range(len(points)):
+        x, y, z = place_point(T_inner, points[k, 0], points[k, 1], points[k, 2])
+        at[0], at[1], at[2] = place_point(undo, x, y, z)
+        if (at < bounds[0]).any() or (at > bounds[1]).any():
             continue
-        tree = outer.tree
-        leaves = along_ray(tree.nodes, tree.frames[0], tree.depth, p)
-        point = (float(p[0]), float(p[1]), float(p[2]))
-        winding = winding_number(point, tree.corners[leaves])
-        if winding == _ON_SURFACE:
-            return f"{inner.name} touches {outer.name}"
+        leaves = along_ray(nodes, frame, depth, at)
+        crossed = np.zeros((len(leaves), 9))
+        for i in range(len(leaves)):
+            crossed[i] = corners[leaves[i]]
+        winding = winding_number((at[0], at[1], at[2]), crossed)
         if winding != 0:
-            return f"{inner.name} is inside {outer.name}"
-    return ""
+            return winding
+    return 0
 
 
 @njit(**_KERNEL)

@@ -179,6 +179,8 @@ class Motion:
 
     def place(self, chain: Chain, time: float) -> Array:
         """T_world_frame (frames, 4, 4) at a time in units of waypoints."""
+        if time == int(time) and self.is_placed[int(time)]:
+            return np.asarray(self.placed[int(time)])
         theta = self.joints_at(time)
         placed = np.zeros((chain.frame_count, 4, 4))
         path_kernels.place_all(
