@@ -26,7 +26,7 @@ WIDTH, HEIGHT = 880, 560
 FINER = 2
 
 COLOURS = {
-    "robot": (78, 121, 167),
+    "robot": (84, 131, 181),
     "needle": (30, 30, 34),
     "scanner": (205, 209, 214),
     "couch": (148, 158, 170),
@@ -36,7 +36,7 @@ COLOURS = {
 }
 PAPER = (255, 255, 255)
 # Inside of a cut or open surface, share of the outside's brightness.
-_INSIDE = 0.62
+_INSIDE = 0.7
 
 _LIGHT = np.array([0.35, -0.45, 0.82]) / np.linalg.norm([0.35, -0.45, 0.82])
 
@@ -153,7 +153,7 @@ def _draw(
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = normals / np.where(length > 0.0, length, 1.0)
     facing = normals @ camera.towards
-    shade = 0.5 + 0.5 * np.abs(normals @ _LIGHT)
+    shade = 0.66 + 0.34 * np.abs(normals @ _LIGHT)
     shade = np.where(facing >= 0.0, shade, _INSIDE)
     shaded = np.clip(np.outer(shade, colour), 0, 255).astype(np.uint8)
     pixels = camera.on_picture(corners.reshape(-1, 3)).reshape(-1, 3, 3)
