@@ -1,0 +1,110 @@
+"""Coverage-guided fuzzing of the URDF reader and of all checks: no traceback, no hang.
+
+    pip install atheris
+    scripts/fuzz_validate.py [CORPUS_FOLDER] [-max_total_time=600] [-timeout=10]
+
+Without atheris the same inputs come from a seeded generator (`--plain N`), which needs
+nothing but borecheck; the tests run a little of it.
+"""
+
+import random
+import sys
+from pathlib import Path
+
+SEEDS = Path(__file__).resolve().parents[1] / "tests" / "data" / "urdf"
+WORDS = (
+    *("0", "-1", "1e999", "nan", "1e308", "-1e308", "1e-320", "", " ", "1,5", "35mm"),
+    *("0 0 0", "1 2", "1 2 3 4", "${x}", "$(arg y)", "package://", "../..", "\x7f"),
+    *("base", "tool", "elbow", "mesh", "continuous", "floating", "planar", "prismatic"),
+)
+
+
+def check(data: bytes) -> None:
+    """One input: whatever it is, findings come back and nothing is raised."""
+    from borecheck.validate import Options, validate_text
+
+    options = Options(run=False, profile="dynamics", frames=("tool",))
+    for finding in validate_text(data, "fuzz.urdf", options):
+        assert finding.message
+        assert finding.line >= 1
+
+
+def mutated(rng: random.Random, seeds: list[bytes]) -> bytes:
+    """A seed with a few places changed: attributes, tags, bytes, blocks."""
+    data = rng.choice(seeds)
+    for _ in range(rng.randint(1, 4)):
+        data = rng.choice((_attribute, _block, _byte, _cut))(rng, data)
+    return data
+
+
+def _attribute(rng: random.Random, data: bytes) -> bytes:
+    parts = data.split(b'"')
+    if len(parts) < 3:
+        return data
+    parts[rng.randrange(1, len(parts), 2)] = rng.choice(WORDS).encode()
+    return b'"'.join(parts)
+
+
+def _block(rng: random.Random, data: bytes) -> bytes:
+    lines = data.split(b"\n")
+    start = rng.randrange(len(lines))
+    piece = lines[start : start + rng.randint(1, 8)]
+    if rng.random() < 0.5:
+        del lines[start : start + len(piece)]
+    else:
+        at = rng.randrange(len(lines) + 1)
+        lines[at:at] = piece
+    return b"\n".join(lines)
+
+
+def _byte(rng: random.Random, data: bytes) -> bytes:
+    at = rng.randrange(len(data) + 1)
+    return data[:at] + bytes([rng.randrange(256)]) + data[at + 1 :]
+
+
+def _cut(rng: random.Random, data: bytes) -> bytes:
+    return data[: rng.randrange(len(data) + 1)] if rng.random() < 0.2 else data
+
+
+def seed_files() -> list[bytes]:
+    """The corpus of the tests."""
+    return [path.read_bytes() for path in sorted(SEEDS.glob("*/*.urdf"))]
+
+
+def plain(count: int, seed: int = 0) -> None:
+    """The same without coverage guidance."""
+    rng, seeds = random.Random(seed), seed_files()
+    for _ in range(count):
+        data = mutated(rng, seeds)
+        try:
+            check(data)
+        except Exception:
+            Path("fuzz_failure.urdf").write_bytes(data)
+            print("kept as fuzz_failure.urdf")
+            raise
+    print(f"{count} inputs, no traceback")
+
+
+def main() -> None:
+    if "--plain" in sys.argv:
+        plain(int(sys.argv[sys.argv.index("--plain") + 1]))
+        return
+    import atheris
+
+    with atheris.instrument_imports(include=["borecheck"]):
+        import borecheck.validate  # noqa: F401
+    seeds = seed_files()
+
+    def mutate(data: bytes, size: int, seed: int) -> bytes:
+        rng = random.Random(seed)
+        if rng.random() < 0.5 and data:
+            seeds.append(data)
+            return mutated(rng, seeds[-50:])[:size]
+        return atheris.Mutate(data, size)
+
+    atheris.Setup(sys.argv, check, custom_mutator=mutate)
+    atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()
