@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from borecheck.validate.config import Settings, find_settings, options_with
 from borecheck.validate.draft import Robot
 from borecheck.validate.findings import Finding
@@ -80,11 +82,14 @@ def findings_of(loaded: Loaded, options: Options) -> list[Finding]:
     if options.run and any(options.wants(code) for code in RUN_CODES):
         from borecheck.validate.running import start_voices
 
-        start_voices(robot)  # they load while the other checks run
+        with np.errstate(all="ignore"):
+            start_voices(robot)  # they load while the other checks run
     found: list[Finding] = []
-    for check in all_checks():
-        if options.wants(check.code) and _is_due(check, robot):
-            found.extend(_findings(check, robot))
+    # Numbers of any size may stand in a strange file; what overflows fails comparisons.
+    with np.errstate(all="ignore"):
+        for check in all_checks():
+            if options.wants(check.code) and _is_due(check, robot):
+                found.extend(_findings(check, robot))
     kept = [f for f in found if not any(s.covers(f) for s in suppressions)]
     return sorted(kept, key=lambda f: (f.file, f.line, f.code, f.element))
 
