@@ -21,6 +21,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+import borecheck.lean_numba  # noqa: F401  (for its effect)
+
 WIDTH = 8
 ROWS = 7
 CHILD_ROW = 6

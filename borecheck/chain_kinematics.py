@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+import borecheck.lean_numba  # noqa: F401  (for its effect)
 from borecheck.errors import GeometryError
 from borecheck.se3 import check_transform
 

@@ -1,5 +1,6 @@
-"""Keeps numba from importing SciPy's BLAS at start-up; imported for its effect.
+"""Sets numba up for the project's kernels; imported for its effect, before any kernel.
 
+It keeps compiled kernels where `kernel_cache` says, and does not import SciPy's BLAS.
 When numba compiles or loads its first kernel it looks for `scipy.linalg.cython_blas`,
 only to know whether np.cov and np.corrcoef can be compiled. That import takes longer
 than a whole contact check, and no kernel here needs it. It is hidden while numba looks,
@@ -7,6 +8,8 @@ and there again afterwards. A process that has SciPy's BLAS already is left alon
 """
 
 import sys
+
+from borecheck import kernel_cache
 
 _BLAS = "scipy.linalg.cython_blas"
 
@@ -22,3 +25,4 @@ def _look_without_blas() -> None:
 
 
 _look_without_blas()
+kernel_cache.use_for_this_package()
