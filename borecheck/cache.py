@@ -31,7 +31,10 @@ def cache_folder() -> Path:
     base = os.environ.get("XDG_CACHE_HOME", "")
     if base and Path(base).is_absolute():
         return Path(base) / "borecheck"
-    return Path("~/.cache/borecheck").expanduser()
+    try:
+        return Path("~/.cache/borecheck").expanduser()
+    except RuntimeError:  # a user without a home
+        return Path(tempfile.gettempdir()) / f"borecheck-{os.getuid()}"
 
 
 def cache_file(kind: str, key: str) -> Path:

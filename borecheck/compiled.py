@@ -1,6 +1,7 @@
 """Says so when the contact kernels are about to be compiled for the first time."""
 
 import platform
+from pathlib import Path
 
 from borecheck.cache import cache_folder
 from borecheck.progress import say
@@ -9,7 +10,7 @@ from borecheck.progress import say
 def announce_compilation() -> None:
     """One line on standard error before the first, slow run with these versions.
 
-    numba keeps the compiled kernels beside the sources; the mark left here only
+    numba keeps the compiled kernels by themselves; the mark left here only
     remembers that somebody has been told.
     """
     from importlib.metadata import version
@@ -18,7 +19,7 @@ def announce_compilation() -> None:
 
     parts = (__version__, version("numba"), version("numpy"), platform.machine())
     mark = cache_folder() / f"compiled-{'-'.join(parts)}"
-    if mark.exists():
+    if _exists(mark):
         return
     say("borecheck: compiling the contact kernels, once for this installation ...")
     try:
@@ -26,3 +27,10 @@ def announce_compilation() -> None:
         mark.touch()
     except OSError as error:
         say(f"borecheck: {mark.parent} cannot be written ({error.strerror})")
+
+
+def _exists(mark: Path) -> bool:
+    try:
+        return mark.exists()
+    except OSError:  # a folder that may not be looked into
+        return False

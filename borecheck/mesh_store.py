@@ -39,9 +39,16 @@ def mesh_folder(
     ):
         return description.shipped
     folder = cache_folder() / "meshes" / _key(description, level, shaping)
-    if not (folder / "complete").is_file():
+    if not _is_complete(folder):
         _generate(description, level, arguments, folder)
     return folder
+
+
+def _is_complete(folder: Path) -> bool:
+    try:
+        return (folder / "complete").is_file()
+    except OSError:  # a folder that may not be looked into
+        return False
 
 
 def _key(description: Description, level: str, shaping: Mapping[str, str]) -> str:
@@ -74,10 +81,13 @@ def _generate(
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         made = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".making-"))
-        for stem, mesh in meshes.items():
-            write_stl(made / f"{stem}.stl", mesh)
-        (made / "complete").write_text("all meshes of this level are here\n")
-        _move_into_place(made, folder)
+        try:
+            for stem, mesh in meshes.items():
+                write_stl(made / f"{stem}.stl", mesh)
+            (made / "complete").write_text("all meshes of this level are here\n")
+            _move_into_place(made, folder)
+        finally:
+            shutil.rmtree(made, ignore_errors=True)
     except OSError as error:
         raise BorecheckError(
             f"{folder}: meshes cannot be written ({error.strerror}); "
@@ -86,12 +96,11 @@ def _generate(
 
 
 def _move_into_place(made: Path, folder: Path) -> None:
-    """Renames the finished folder; whoever came second drops an equal copy."""
+    """Renames the finished folder; whoever comes second leaves an equal copy alone."""
     try:
         made.rename(folder)
     except OSError:
-        if not (folder / "complete").is_file():
-            shutil.rmtree(folder, ignore_errors=True)
-            made.rename(folder)
-        else:
-            shutil.rmtree(made)
+        if _is_complete(folder):
+            return
+        shutil.rmtree(folder, ignore_errors=True)
+        made.rename(folder)
