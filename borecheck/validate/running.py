@@ -17,6 +17,7 @@ from borecheck.validate.registry import Hit, check
 
 TOLERANCE = 1e-9  # [m] and [rad] on a robot of 1 m; agreement is 3e-13 in practice
 PATIENCE_S = 120.0
+_MODULE = "borecheck.validate.voices"
 
 
 def start_voices(robot: Robot) -> None:
@@ -36,7 +37,7 @@ def start_voices(robot: Robot) -> None:
         "voices": ["pinocchio", "yourdfpy"],
     }
     process = subprocess.Popen(
-        [sys.executable, "-m", "borecheck.validate.voices"],
+        [sys.executable, "-m", _MODULE],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

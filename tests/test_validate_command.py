@@ -1,0 +1,263 @@
+"""`borecheck validate` as it is called: options, files, exit status."""
+
+import json
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from borecheck.cli import main
+
+sys.path.insert(0, str(Path(__file__).parent))
+import corpus
+
+ARM = corpus.FOLDER / "arm" / "arm.urdf"
+ZERO = corpus.FOLDER / "J302-axis-zero" / "zero.bad.urdf"
+LONG = corpus.FOLDER / "J303-axis-not-unit" / "long.bad.urdf"
+URDF = Path(__file__).parents[1] / "urdf"
+
+
+@pytest.fixture
+def validate(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words, run=False):
+        extra = () if run else ("--no-run",)
+        status = main(["validate", *map(str, words), *extra])
+        out, err = capsys.readouterr()
+        return status, out, err
+
+    return call
+
+
+def test_exit_status(validate):
+    assert validate(ARM)[0] == 0
+    assert validate(ZERO)[0] == 1
+    assert validate(LONG)[0] == 0
+    assert validate(LONG, "--fail-on", "warning")[0] == 1
+    assert validate(ZERO, "--fail-on", "never")[0] == 0
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("missing.urdf",),
+        ("--arg", "x", "missing.urdf"),
+        ("--select", "Q9", ARM),
+        ("--baseline", "missing.json", ARM),
+        ("--config", "missing.toml", ARM),
+        (),
+    ],
+)
+def test_what_cannot_be_done_ends_with_2_and_one_line(validate, words):
+    status, out, err = validate(*words)
+    assert status == 2
+    assert "Traceback" not in out + err
+
+
+def test_a_folder_a_pattern_and_a_name(validate, tmp_path):
+    home = tmp_path / "robots"
+    (home / "meshes").mkdir(parents=True)
+    folder = home / "a"
+    folder.mkdir()
+    shutil.copy(corpus.FOLDER / "meshes" / "box.stl", home / "meshes")
+    for name in ("one.urdf", "two.urdf", "notes.txt"):
+        shutil.copy(ARM, folder / name)
+    for word in (folder, home, f"{folder}/*.urdf"):
+        status, out, _ = validate(word, "--format", "json")
+        assert status == 0
+        files = [Path(e["file"]).name for e in json.loads(out)["files"]]
+        assert files == ["one.urdf", "two.urdf"]
+    (tmp_path / "empty").mkdir()
+    assert validate(tmp_path / "empty")[0] == 2
+
+
+def test_select_and_ignore(validate):
+    def codes(*words):
+        out = validate(ZERO, "--format", "json", *words)[1]
+        entries = json.loads(out)["files"][0]["findings"]
+        return {entry["code"] for entry in entries}
+
+    assert codes() == {"J302"}
+    assert codes("--ignore", "J3") == set()
+    assert codes("--select", "T,axis-zero") == {"J302"}
+    assert codes("--select", "T") == set()
+
+
+def test_a_baseline_hides_what_is_known(validate, tmp_path):
+    known = tmp_path / "known.json"
+    assert validate(ZERO, "--write-baseline", known)[0] == 1
+    assert validate(ZERO, "--baseline", known)[0] == 0
+    assert validate(LONG, "--baseline", known, "--fail-on", "warning")[0] == 1
+
+
+def test_the_nearest_settings_hold(validate, tmp_path):
+    shutil.copy(ZERO, tmp_path / "a.urdf")
+    shutil.copytree(
+        corpus.FOLDER / "meshes", tmp_path.parent / "meshes", dirs_exist_ok=True
+    )
+    assert validate(tmp_path / "a.urdf")[0] == 1
+    (tmp_path / "borecheck.toml").write_text('[validate]\nignore = ["J302"]\n')
+    assert validate(tmp_path / "a.urdf")[0] == 0
+    (tmp_path / "borecheck.toml").unlink()
+    (tmp_path / "pyproject.toml").write_text(
+        '[tool.borecheck.validate.per-file-ignore]\n"a.urdf" = ["J3"]\n'
+    )
+    assert validate(tmp_path / "a.urdf")[0] == 0
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[validate]\nprofil = 'x'\n", "[validate\n", "[validate]\nselect = 'J'\n"],
+)
+def test_wrong_settings_are_told(validate, tmp_path, text):
+    (tmp_path / "borecheck.toml").write_text(text)
+    shutil.copy(ARM, tmp_path / "a.urdf")
+    status, _, err = validate(tmp_path / "a.urdf")
+    assert status == 2
+    assert "borecheck.toml" in err
+
+
+def test_out_writes_a_file_and_nothing_else(validate, tmp_path):
+    status, out, _ = validate(ZERO, "--format", "sarif", "--out", tmp_path / "o.sarif")
+    assert (status, out) == (1, "")
+    assert json.loads((tmp_path / "o.sarif").read_text())["version"] == "2.1.0"
+
+
+def test_finished_files_are_not_done_again(validate, tmp_path, monkeypatch):
+    kept = tmp_path / "kept.jsonl"
+    first = validate(ZERO, LONG, "--resume", kept, "--format", "json")[1]
+    assert len(kept.read_text().splitlines()) == 2
+
+    def never(*_):
+        raise AssertionError("checked again")
+
+    monkeypatch.setattr("borecheck.validate.command.check_one", never)
+    again = validate(ZERO, LONG, "--resume", kept, "--format", "json")[1]
+    assert json.loads(again)["files"] == json.loads(first)["files"]
+
+
+def test_fix_shows_a_diff_and_writes_only_when_told(validate, tmp_path):
+    path = tmp_path / "a.urdf"
+    text = ARM.read_text().replace('xyz="0 0.3 0" rpy', 'xyz="0 0.3 0" ryp')
+    text = text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 2 0"/>')
+    path.write_text(text)
+    status, out, _ = validate(path, "--fix", "--no-meshes")
+    assert status == 0
+    assert '-    <axis xyz="0 2 0"/>' in out
+    assert '+    <axis xyz="0 1 0"/>' in out
+    assert path.read_text() == text
+    validate(path, "--fix", "--write", "--no-meshes")
+    assert path.read_text() == ARM.read_text()
+
+
+def test_fix_leaves_a_prismatic_axis_alone(validate, tmp_path):
+    bad = corpus.FOLDER / "J303-axis-not-unit" / "prismatic.bad.urdf"
+    path = tmp_path / "a.urdf"
+    shutil.copy(bad, path)
+    assert validate(path, "--fix", "--no-meshes")[1] == ""
+
+
+def test_fix_turns_an_inverted_mesh_into_a_new_file(validate, tmp_path):
+    from borecheck.mesh_file import read_mesh
+    from borecheck.validate.mesh_facts import facts_of
+
+    bad = corpus.FOLDER / "G519-mesh-inverted" / "inverted.bad.urdf"
+    shutil.copytree(corpus.FOLDER / "meshes", tmp_path / "meshes")
+    (tmp_path / "x").mkdir()
+    path = tmp_path / "x" / "a.urdf"
+    shutil.copy(bad, path)
+    before = (tmp_path / "meshes" / "box_inverted.stl").read_bytes()
+    validate(path, "--fix", "--write")
+    turned = tmp_path / "meshes" / "box_inverted_turned.stl"
+    assert not facts_of(read_mesh(turned)).inverted
+    assert (tmp_path / "meshes" / "box_inverted.stl").read_bytes() == before
+    assert validate(path)[1].strip() == "1 file: no findings"
+
+
+def test_list_checks_and_explain(validate, capsys):
+    status, out, _ = validate("--list-checks")
+    assert status == 0
+    assert "J302" in out
+    assert main(["explain", "J302", "axis-not-unit"]) == 0
+    text = capsys.readouterr().out
+    assert "The axis of a moving joint is 0 0 0." in text
+    assert "J303" in text
+    assert main(["explain", "Q999"]) == 2
+
+
+def test_standard_input(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "borecheck.cli", "validate", "-", "--no-meshes"],
+        input=ZERO.read_bytes(),
+        capture_output=True,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 1
+    assert b"<stdin>:121: error: J302" in done.stdout
+
+
+def test_nothing_heavy_is_imported_without_meshes(tmp_path):
+    code = (
+        "import sys; from borecheck.cli import main; "
+        f"main(['validate', '--no-meshes', {str(ARM)!r}]); "
+        "heavy = {'numba', 'pinocchio', 'coal', 'scipy', 'trimesh', 'yourdfpy'}; "
+        "sys.exit(', '.join(heavy & set(sys.modules)) or 0)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    "path",
+    sorted(
+        p
+        for p in [*URDF.rglob("*.urdf"), *URDF.rglob("*.urdf.xacro")]
+        if p.stem.partition(".")[0] not in ("parts", "table_row")
+    ),
+    ids=lambda p: p.name,
+)
+def test_our_own_robots_and_scanners_are_sound(validate, path):
+    status, out, _ = validate(
+        path, "--profile", "dynamics", "--fail-on", "info", run=True
+    )
+    assert (status, out) == (0, "1 file: no findings\n")
+
+
+def test_the_pages_of_the_checks_are_up_to_date():
+    script = Path(__file__).parents[1] / "scripts" / "make_check_pages.py"
+    done = subprocess.run([sys.executable, str(script), "--check"], capture_output=True)
+    assert done.returncode == 0, done.stdout.decode()
+
+
+def test_sixty_links_are_checked_quickly(tmp_path):
+    links = "".join(
+        f'<link name="l{i}"><visual><geometry><box size="0.1 0.1 0.1"/></geometry>'
+        '</visual><collision><geometry><box size="0.1 0.1 0.1"/></geometry>'
+        "</collision></link>"
+        for i in range(60)
+    )
+    joints = "".join(
+        f'<joint name="j{i}" type="revolute"><origin xyz="0 0 0.2"/>'
+        f'<parent link="l{i}"/><child link="l{i + 1}"/><axis xyz="0 1 0"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        for i in range(59)
+    )
+    from borecheck.validate import validate_text
+    from borecheck.validate.options import Options
+
+    text = f'<robot name="long">{links}{joints}</robot>'
+    validate_text(text, options=Options(run=False))
+    start = time.process_time()
+    assert [
+        f.code
+        for f in validate_text(text, options=Options(run=False))
+        if f.severity == "error"
+    ] == []
+    # 0.05 s in practice; the bound only catches what has become quadratic
+    assert time.process_time() - start < 2.0
