@@ -4,7 +4,6 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from fnmatch import fnmatch
 from hashlib import sha256
 from pathlib import Path
@@ -103,6 +102,8 @@ def _checked(
         for file in files:
             yield file, check(file)
         return
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+
     with ProcessPoolExecutor(max_workers=min(jobs, len(files))) as pool:
         running = {pool.submit(check, file): file for file in files}
         try:

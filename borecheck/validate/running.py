@@ -1,10 +1,9 @@
 """Kinematics checks by running: do libraries place the links as the file says."""
 
 import json
-import subprocess
 import sys
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +14,9 @@ from borecheck.validate.limits import UNLIMITED_FROM
 from borecheck.validate.motion import motion_of
 from borecheck.validate.registry import Hit, check
 
+if TYPE_CHECKING:
+    from subprocess import Popen
+
 TOLERANCE = 1e-9  # [m] and [rad] on a robot of 1 m; agreement is 3e-13 in practice
 PATIENCE_S = 120.0
 _MODULE = "borecheck.validate.voices"
@@ -22,6 +24,8 @@ _MODULE = "borecheck.validate.voices"
 
 def start_voices(robot: Robot) -> None:
     """Starts the libraries in a process of their own; `voices_of` awaits them."""
+    import subprocess  # slow to import, and not needed for quick checks
+
     from lxml import etree
 
     motion = motion_of(robot)
@@ -57,10 +61,12 @@ def voices_of(robot: Robot) -> dict[str, Any]:
     return found
 
 
-def _await(process: "subprocess.Popen[str]", request: str) -> dict[str, Any]:
+def _await(process: "Popen[str]", request: str) -> dict[str, Any]:
+    from subprocess import TimeoutExpired
+
     try:
         answer, noise = process.communicate(request, timeout=PATIENCE_S)
-    except subprocess.TimeoutExpired:
+    except TimeoutExpired:
         process.kill()
         process.communicate()
         return _both(f"gave no answer within {PATIENCE_S:g} s")

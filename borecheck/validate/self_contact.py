@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -75,6 +74,8 @@ def srdf_proposal(robot: Robot, table: ContactTable) -> str:
 
     Pairs that never touched are marked with the samples they rest on.
     """
+    from xml.sax.saxutils import quoteattr  # slow to import, seldom needed
+
     name = quoteattr(robot.root.get("name") or "robot")
     never = f"Never in {table.samples}: below {table.bound:.2g} with 95 percent"
     rows = [(pair, "Adjacent") for pair in table.adjacent]
