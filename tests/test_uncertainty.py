@@ -14,11 +14,13 @@ from borecheck.mesh import TriangleMesh
 from borecheck.mesh_file import write_stl
 from borecheck.robot import Robot, load_robot
 from borecheck.scene import Obstacle, Scene, load_scene
-from borecheck.uncertainty.asked import add_options, add_probabilities, lines
+from borecheck.uncertainty.asked import add_probabilities, prepared
 from borecheck.uncertainty.contact_probability import contact_probability
 from borecheck.uncertainty.covariance import from_document, read_uncertainty
 from borecheck.uncertainty.disturbed import Disturbed
 from borecheck.uncertainty.linear import cuts, square_root
+from borecheck.uncertainty.options import add_options
+from borecheck.uncertainty.wording import lines
 
 # A slide along x that carries a ball, which for distances along x is one point.
 URDF = """<robot name="ball">
@@ -233,7 +235,7 @@ def test_what_cannot_be_asked(slide: Robot, wall: Scene) -> None:
         contact_probability(slide, wall, [2.0], uncertainty)
     with pytest.raises(UsageError, match="risk"):
         contact_probability(slide, wall, [0.1], uncertainty, risk=0.0)
-    with pytest.raises(UsageError, match="samples"):
+    with pytest.raises(UsageError, match="draws"):
         contact_probability(slide, wall, [0.1], uncertainty, samples=-1)
     empty = Scene("empty", None, {}, "as given", (), {}, (), ())
     with pytest.raises(UsageError, match="no obstacle"):
@@ -308,7 +310,8 @@ def test_clear_becomes_unknown_where_the_risk_is_not_kept(
             "q": {"s": 0.125 - gap},
             "margin_m": 0.0,
         }
-        add_probabilities(block, slide, wall, asked(file, 0.01))
+        args = asked(file, 0.01)
+        add_probabilities(block, slide, wall, prepared(args, slide), args)
         assert block["verdict"] == ("clear" if kept else "unknown")
         assert ("exceeds the accepted" in str(block["reason"])) is not kept
         told = lines(block)
@@ -326,7 +329,8 @@ def test_plans_are_judged_one_by_one_with_their_corridor(
     far = {"verdict": "clear", "reason": "far", "q": {"s": 0.0}, "path": {}, **points}
     near = far | {"q": {"s": 0.121}}
     document = {"verdict": "clear", "plans": [far, near, {"verdict": "unknown"}]}
-    add_probabilities(document, slide, wall, asked(file))
+    args = asked(file)
+    add_probabilities(document, slide, wall, prepared(args, slide), args)
     assert [plan["verdict"] for plan in document["plans"]] == [
         "clear",
         "unknown",

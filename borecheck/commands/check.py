@@ -1,7 +1,7 @@
 """`borecheck check`: will the robot touch anything, at a pose, on a path, on plans?"""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +9,7 @@ from borecheck.commands import common
 from borecheck.commands.output import check_outputs, emit, wants_display
 from borecheck.errors import UsageError
 from borecheck.report.document import check_writable
+from borecheck.uncertainty.options import add_options as add_uncertainty_options
 from borecheck.units import parse_length
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the certificate of a clear --path there (and FILE's .npz)",
     )
+    add_uncertainty_options(parser)
     common.add_output(parser)
 
 
@@ -85,12 +87,14 @@ def run(args: argparse.Namespace) -> int:
         link_clearance=wants_display(args),
     )
     robot, scene = common.load(args), common.load_surroundings(args)
+    weighed = _weigher(args, robot, scene)
     document: dict[str, Any] = {
         **header("check", args.argv, args.date),
         "robot": robot_block(robot),
         "scene": scene_block(scene),
     }
     document |= _answer(args, robot, scene, chosen)
+    weighed(document)
     if wants_display(args):
         from borecheck.report.display import display_block
 
@@ -101,6 +105,25 @@ def run(args: argparse.Namespace) -> int:
     if document.get("interrupted"):
         return ExitStatus.INTERRUPTED
     return of_verdict(document["verdict"])
+
+
+def _weigher(
+    args: argparse.Namespace, robot: "Robot", scene: "Scene"
+) -> Callable[[dict[str, Any]], None]:
+    """What adds the probability of contact to a result, if it is asked for."""
+    if args.uncertainty is None:
+        return lambda document: None
+    from borecheck.uncertainty.asked import add_probabilities, prepared
+
+    uncertainty = prepared(args, robot)
+
+    def weigh(document: dict[str, Any]) -> None:
+        add_probabilities(document, robot, scene, uncertainty, args)
+        if "plans" in document:
+            verdicts = [plan["verdict"] for plan in document["plans"]]
+            document["reason"] = _counted(verdicts, len(verdicts))
+
+    return weigh
 
 
 def _check_certificate(args: argparse.Namespace) -> None:

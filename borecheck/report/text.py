@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from borecheck.uncertainty.wording import lines as probability_lines
+
 MARKS = {"clear": "CLEAR", "contact": "CONTACT", "unknown": "UNKNOWN"}
 
 # As many contact pairs as fit on a screen; the JSON holds all of them.
@@ -14,6 +16,7 @@ def check_text(document: Mapping[str, Any]) -> str:
     if "plans" in document:
         return _plans_text(document)
     lines = _verdict_lines(document)
+    lines += probability_lines(document)
     lines += _warning_lines(document)
     lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
     return "\n".join(lines) + "\n"

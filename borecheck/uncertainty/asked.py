@@ -1,4 +1,4 @@
-"""`check --uncertainty FILE`: the options, and what they add to a result.
+"""`check --uncertainty FILE`: what it adds to a result.
 
 The probability is asked about the nominal pose, or about the pose of a motion that
 comes nearest; for a whole motion it is therefore a lower bound. Where the accepted risk
@@ -7,17 +7,18 @@ is not known to be kept, `clear` becomes `unknown`.
 
 import argparse
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from borecheck.corridor import Corridor
+from borecheck.errors import UsageError
 from borecheck.plan_motion import NEEDLE_RADIUS
 from borecheck.robot import Robot
 from borecheck.scene import Scene
 from borecheck.uncertainty.contact_probability import (
     ContactProbability,
+    check_request,
     contact_probability,
 )
 from borecheck.uncertainty.covariance import Uncertainty, read_uncertainty
@@ -29,27 +30,25 @@ NOTE = (
 )
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """`--uncertainty`, `--risk`, `--draws` and `--seed`."""
-    group = parser.add_argument_group("uncertainty")
-    group.add_argument(
-        "--uncertainty",
-        type=Path,
-        metavar="FILE",
-        help="how inexact joints, dimensions and registration are (JSON): adds the "
-        "probability of contact",
-    )
-    group.add_argument(
-        "--risk", type=float, default=1e-3, help="accepted probability (default: 1e-3)"
-    )
-    group.add_argument(
-        "--draws", type=int, default=1000, help="draws for it (default: 1000)"
-    )
-    group.add_argument("--seed", type=int, default=0, help="of the draws")
+def prepared(args: argparse.Namespace, robot: Robot) -> Uncertainty:
+    """The uncertainties that the options name, refused before any work is done.
+
+    Raises:
+        InputError: The file cannot be used.
+        UsageError: A risk, a number of draws or a seed that makes no sense.
+    """
+    check_request(args.risk, args.draws)
+    if args.seed < 0:
+        raise UsageError(f"--seed {args.seed} is not 0 or more")
+    return read_uncertainty(args.uncertainty, robot)
 
 
 def add_probabilities(
-    document: dict[str, Any], robot: Robot, scene: Scene, args: argparse.Namespace
+    document: dict[str, Any],
+    robot: Robot,
+    scene: Scene,
+    uncertainty: Uncertainty,
+    args: argparse.Namespace,
 ) -> None:
     """Adds `uncertainty` to every judged pose of a `check` result, and judges by it.
 
@@ -57,13 +56,9 @@ def add_probabilities(
         document: The result of `check`; changed in place.
         robot: The robot that was checked.
         scene: The scene.
-        args: The options of `add_options`.
-
-    Raises:
-        InputError: The file cannot be used.
-        UsageError: A risk or a number of draws that makes no sense.
+        uncertainty: From `prepared`.
+        args: The options, for risk, draws and seed.
     """
-    uncertainty = read_uncertainty(args.uncertainty, robot)
     for block in _judged(document):
         found = _probability(block, robot, scene, uncertainty, args)
         block["uncertainty"] = found.to_json()
@@ -72,33 +67,6 @@ def add_probabilities(
         _judge(block, found)
     if "plans" in document:
         document["verdict"] = worst_of([p["verdict"] for p in document["plans"]])
-
-
-def lines(block: dict[str, Any]) -> list[str]:
-    """The probability in words, for the text of a result."""
-    found = block.get("uncertainty")
-    if found is None:
-        return []
-    parts = []
-    if found["probability"] is not None:
-        low, high = found["interval"]
-        parts.append(
-            f"{found['probability']:.2g} from {found['samples']} draws "
-            f"(95 %: {low:.2g} to {high:.2g})"
-        )
-    if found["first_order"] is not None:
-        low, high = found["first_order_bounds"]
-        parts.append(
-            f"{found['first_order']:.2g} to first order ({low:.2g} to {high:.2g})"
-        )
-    told = ["probability of contact: " + ", ".join(parts)]
-    margin = found["margin_for_risk_m"]
-    if margin is not None:
-        told.append(
-            f"for a risk of {found['risk']:g} a clearance of {1e3 * margin:.2f} mm is "
-            f"needed, nominal {1e3 * found['clearance_m']:.2f} mm"
-        )
-    return told
 
 
 def _judged(document: dict[str, Any]) -> Iterator[dict[str, Any]]:

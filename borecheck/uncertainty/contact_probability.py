@@ -101,10 +101,7 @@ def contact_probability(
         JointLimitError: q is beyond a limit.
         UsageError: A risk that is no probability, a negative number of samples.
     """
-    if not 0.0 < risk < 1.0:
-        raise UsageError(f"risk {risk!r} is no probability between 0 and 1")
-    if samples < 0:
-        raise UsageError(f"{samples} samples")
+    check_request(risk, samples)
     disturbed = Disturbed(robot, robot.model.check_limits(q), uncertainty)
     nominal = _clearance(
         robot, scene, disturbed.placements(_zero(uncertainty)), corridor
@@ -130,6 +127,14 @@ def contact_probability(
         seed=seed,
         names=uncertainty.names,
     )
+
+
+def check_request(risk: float, samples: int) -> None:
+    """Refuses a risk that is no probability, and a negative number of draws."""
+    if not 0.0 < risk < 1.0:
+        raise UsageError(f"risk {risk!r} is no probability between 0 and 1")
+    if samples < 0:
+        raise UsageError(f"{samples} draws: it must be 0 or more")
 
 
 def _drawn_margin(nominal: float, drawn: Array, risk: float) -> float | None:
