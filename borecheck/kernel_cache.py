@@ -35,7 +35,7 @@ _NAMED = re.compile(r"\bborecheck\.(\w+)")
 _LISTED = re.compile(r"from borecheck import (\([^)]*\)|[^\n]*)")
 
 
-class KernelLocator(caching._CacheLocator):
+class KernelLocator(caching._CacheLocator):  # type: ignore[misc]
     """What numba asks where a kernel is kept and whether that is fresh."""
 
     def __init__(self, line: int, file: Path) -> None:
