@@ -164,8 +164,11 @@ def sample_configurations(
     Zero and corners are left out where a mimic joint would break its own limit.
 
     Raises:
-        UsageError: A joint does not vary over the sample (a premise of the check).
+        UsageError: No configuration is asked for, or a joint does not vary over the
+            sample (a premise of the check).
     """
+    if count < 1:
+        raise UsageError(f"{count} configurations: at least 1 is needed")
     fixed = list(islice(_special(model, rng), count))
     drawn = model.random_configurations(rng, count - len(fixed))
     sample = np.array([*fixed, *drawn])

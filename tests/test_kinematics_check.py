@@ -256,6 +256,8 @@ def test_sample_holds_zero_corners_and_inner_points() -> None:
     assert corners == {(a, b) for a in (-0.5, 0.7) for b in (-0.5, 0.7)}
     inner = (sample[5:] > model.lower) & (sample[5:] < model.upper)
     assert inner.all()
+    with pytest.raises(UsageError, match="at least 1"):
+        kc.sample_configurations(model, np.random.default_rng(1), 0)
 
 
 def test_unknown_names_in_the_bridge_are_named() -> None:
