@@ -37,6 +37,7 @@ CERTIFIED, TOUCHED, UNDECIDED = 0, 1, 2
 # fewer still, twice as many for every halving.
 FIRST_BUDGET, LAST_BUDGET = 64, 8192
 _NO_LIMIT = 1 << 62
+_ASK_BELOW = 8.0
 _DEPTH = 128  # of halving: 20 for a million waypoints, 50 until fractions end
 # Bounds are formed with some hundred roundings and lengths in the frame of a body
 # differ from those in the world by what `check_transform` lets pass.
@@ -302,7 +303,9 @@ def examine(  # type: ignore[no-untyped-def]
                 continue
         outcome = UNDECIDED
         if looked <= limit:
-            for side in range(2):
+            # Of long pieces the ends are not asked: it would not spare their halves.
+            asked = 2 if motion <= _ASK_BELOW * contact_length else 0
+            for side in range(asked):
                 time = time_0 if side == 0 else time_1
                 touch = touch_0 if side == 0 else touch_1
                 if touch < 0 and time == memory_time:
