@@ -12,12 +12,12 @@ DESCRIPTION = RobotDescription(
     xacro=_FOLDER / "mri_arm.urdf.xacro",
     arguments={
         "base_x": Argument(
-            "0.30",
+            "0",
             "axis 1 from the image centre, to the feet; assumed",
             quantity="length",
         ),
         "base_y": Argument(
-            "-1.15",
+            "-1.30",
             "axis 1 from the image centre, across; beyond 1 m (2 mT), assumed",
             quantity="length",
         ),

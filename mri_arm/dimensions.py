@@ -25,8 +25,8 @@ class Dimensions:
     (docs/mri_arm.md), and say so in the metadata of their field.
     """
 
-    base_x: float = _number(0.30, "assumed: axis 1 beside the patient, > 1 m (2 mT)")
-    base_y: float = _number(-1.15, "assumed: axis 1 beside the patient, > 1 m (2 mT)")
+    base_x: float = _number(0.0, "assumed: axis 1 beside the patient, > 1 m (2 mT)")
+    base_y: float = _number(-1.30, "assumed: axis 1 beside the patient, > 1 m (2 mT)")
     base_z: float = _number(-1.0, "assumed: the floor, image centre 1 m above it")
     base_yaw: float = _number(0.0, "assumed: the forearm points across the patient")
     shoulder: float = _number(0.60, "assumed: height of axis 2 above the floor")

@@ -17,7 +17,7 @@ import numpy as np
 from borecheck.progress import Progress
 from mri_arm.workspace import NEAREST_BASE, Place, places, study
 
-CELL = 42  # of the map [pixel]
+CELL = 36  # of the map [pixel]
 
 Result = dict[str, Any]
 
@@ -97,16 +97,16 @@ def table(
 
 def svg(results: dict[tuple[str, float], list[Result]]) -> str:
     """Four maps side by side, seen from above, the share served as a shade."""
-    width, height = 480, 820
+    width, height = 540, 850
     parts = [
         f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {4 * width} {height}' "
         "font-family='sans-serif' font-size='15'>",
         f"<rect width='{4 * width}' height='{height}' fill='white'/>",
     ]
     for k, ((mount, cone), found) in enumerate(results.items()):
-        parts.append(f"<g transform='translate({k * width + 120},400)'>")
+        parts.append(f"<g transform='translate({k * width + 265},445)'>")
         parts.append(
-            f"<text x='-100' y='-375'>needle {mount}, tilt up to {cone:g} deg</text>"
+            f"<text x='-220' y='-415'>needle {mount}, tilt up to {cone:g} deg</text>"
         )
         parts += surroundings()
         parts += [cell(result) for result in found]
