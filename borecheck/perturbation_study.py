@@ -195,9 +195,7 @@ def _why_unseen(
         return None
     moved = _moved_links(robot.model, changed, qs)
     if not moved:
-        return (
-            "moves no link at all (a scale of the axis, or a joint that stands still)"
-        )
+        return "moves no link (an axis made longer is the same axis)"
     return "moves only links without a closed form: " + ", ".join(moved)
 
 

@@ -1,7 +1,7 @@
 """Would `borecheck fk` notice a wrong number? Every one is changed by 0.1 mm or 1e-4.
 
-For every installed robot with a closed form: each dimension of the closed form, and each
-number of each origin, axis and mimic of the compiled URDF, is changed in turn; the
+For every installed robot with a closed form: each dimension of the closed form, and
+each number of each origin, axis and mimic of the compiled URDF, is changed in turn; the
 closed form and Pinocchio must then disagree. What goes unseen is printed with its
 reason.
 

@@ -181,7 +181,7 @@ def test_every_number_is_seen_or_named(qs: np.ndarray) -> None:
         *(f"p/origin {a}[{i}]" for a in ("xyz", "rpy") for i in range(3)),
     }
     assert unseen["p/origin xyz[0]"].endswith("without a closed form: plate")
-    assert "no link" in unseen["s/axis xyz[2]"]
+    assert "the same axis" in unseen["s/axis xyz[2]"]
     assert {"length", "r/mimic multiplier", "r/mimic offset"} <= set(study.seen)
     assert {f"{n}/axis reversed" for n in "shr"} <= set(study.seen)
     assert len(study.seen) > 25
