@@ -56,6 +56,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(json.dumps(result["where"], indent=1))
     if arguments.out:
         arguments.out.write_text(json.dumps(result, indent=1), encoding="utf-8")
+        table = arguments.out.with_suffix(".md")
+        table.write_text(markdown(lines, result), encoding="utf-8")
         draw(result, arguments.out.with_suffix(".png"))
     return int(any(missed(line) for line in lines))
 
@@ -90,6 +92,30 @@ def text_of(line: Line) -> str:
     mark = "  BELOW GOAL" if missed(line) else ""
     note = f" [{line.note}]" if line.note else ""
     return f"{line.row} | {line.case} | {unit_of(line.ours)} | {peers}{note}{mark}"
+
+
+def markdown(lines: Sequence[Line], result: dict[str, Any]) -> str:
+    """The table for the README: times, and how many times faster."""
+    rows = ["| row | case | time | times faster than | note |", "|---|---|---|---|---|"]
+    for line in lines:
+        ratios = "; ".join(
+            f"{name} ({unit_of(line.others[name])}) **{line.ratio(name):.3g}**"
+            for name in line.others
+        )
+        ours = unit_of(line.ours)
+        rows.append(f"| {line.row} | {line.case} | {ours} | {ratios} | {line.note} |")
+    growth, place = result.get("growth"), result["where"]
+    tail = [f"{place['processor']}; {place['system']}; Python {place['python']}"]
+    tail.append(", ".join(f"{n} {v}" for n, v in place["versions"].items()))
+    if growth:
+        slopes = ", ".join(f"{n} {v:.2f}" for n, v in growth["slopes"].items())
+        memory = growth["bytes_per_triangle"][-1]
+        coal = result["coal_bytes_per_triangle"]
+        tail.append(f"Growth, slopes of log time: {slopes}.")
+        tail.append(f"Memory: {memory:.0f} bytes a triangle (Coal {coal:.0f}).")
+    for name, seconds in result.get("starts", {}).items():
+        tail.append(f"{name}: {unit_of(seconds)} (wall clock).")
+    return "\n".join([*rows, "", *(f"- {text}" for text in tail), ""])
 
 
 def missed(line: Line) -> bool:
