@@ -1,0 +1,57 @@
+"""`borecheck view`: the robot in its scanner, live in the browser."""
+
+import argparse
+
+from borecheck.commands import common
+from borecheck.units import parse_length
+
+DEFAULT_PORT = 8123
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    common.add_robot(parser)
+    common.add_scene(parser)
+    for action in parser._actions:
+        if action.dest == "scene":
+            action.nargs = "*"
+    parser.add_argument(
+        "--margin", default="0", help="required clearance to begin with, e.g. 20mm"
+    )
+    parser.add_argument(
+        "--port",
+        type=int,
+        default=DEFAULT_PORT,
+        help=f"port on 127.0.0.1 (default: {DEFAULT_PORT}; 0: any)",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serves the view until Ctrl-C."""
+    from borecheck.compiled import announce_compilation
+    from borecheck.errors import UsageError
+    from borecheck.progress import say
+    from borecheck.view.server import check_port, serve
+    from borecheck.view.session import Session, first_plan
+
+    if not 0 <= args.port < 65536:
+        raise UsageError(f"--port {args.port} is no port")
+    check_port(args.port)
+    margin = parse_length(args.margin)
+    robot = common.load(args)
+    if not args.scene:
+        args.scene = [_own_scanner(robot)]
+    scene = common.load_surroundings(args)
+    announce_compilation()
+    serve(Session(robot, scene, first_plan(robot, scene), margin), args.port, say)
+    return 0
+
+
+def _own_scanner(robot: object) -> str:
+    from borecheck.errors import UsageError
+
+    description = getattr(robot, "description", None)
+    scanner = getattr(description, "scanner", None)
+    if not scanner:
+        raise UsageError("this robot has no scanner of its own: give SCENE")
+    return str(scanner)

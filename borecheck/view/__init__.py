@@ -1,0 +1,1 @@
+"""Live view in the browser: drag joints or the needle plan, see the verdict follow."""

@@ -1,0 +1,277 @@
+"""What the live view holds and answers, without any window: robot, scene, plan, margin.
+
+Two answers are given about a configuration: `glance` in a few milliseconds, which sees
+surfaces meet and tells the clearance, and `judge`, the full check. Only the full check
+ever says clear.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck import clearance
+from borecheck.contact_check import Settings, check_with, settings
+from borecheck.corridor import Corridor
+from borecheck.motion_check import configurations_at
+from borecheck.needle_plan import NeedlePlan
+from borecheck.plan_motion import PlanMotion, plan_motion
+from borecheck.robot import Robot, load_robot
+from borecheck.scene import Scene, read_obstacle
+from borecheck.verdict import CONTACT, Closest, Verdict
+
+Array = NDArray[np.float64]
+
+CHECKING = "checking"
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What is shown about a configuration.
+
+    Attributes:
+        q: The configuration.
+        placements: T_scene_link of every link.
+        state: clear, contact, unknown, or checking while only a glance was taken.
+        reason: One sentence.
+        closest: Closest points of robot and obstacles.
+        touching: Names of parts and obstacles whose surfaces meet.
+    """
+
+    q: Array
+    placements: dict[str, Array]
+    state: str
+    reason: str
+    closest: Closest | None
+    touching: frozenset[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """Robot, scene, plan and margin; every change gives a new session.
+
+    Attributes:
+        robot: The robot.
+        scene: The scene.
+        plan: The needle plan that the handles show.
+        margin: Required clearance, [m].
+    """
+
+    robot: Robot
+    scene: Scene
+    plan: NeedlePlan
+    margin: float = 0.0
+
+    @property
+    def follows_plans(self) -> bool:
+        """Whether the robot has inverse kinematics."""
+        description = self.robot.description
+        return description is not None and description.inverse is not None
+
+    @property
+    def chosen(self) -> Settings:
+        """Exact, with the margin as true distance."""
+        return settings("exact", "bvh", self.margin)
+
+    def motion(self) -> PlanMotion:
+        """The plan as the robot drives it.
+
+        Raises:
+            UnreachableError: It is out of reach.
+            UsageError: The robot has no inverse kinematics.
+        """
+        return plan_motion(self.robot, self.plan)
+
+    def at(self, motion: PlanMotion, fraction: float) -> Array:
+        """The configuration at a fraction of a motion."""
+        return configurations_at(motion.waypoints, np.array([fraction]))[0]
+
+    def glance(self, q: Array, corridor: Corridor | None = None) -> Shown:
+        """Clearance and closest points; contact if surfaces meet or the margin breaks.
+
+        Does not look for contact within the robot or for solids inside others.
+        """
+        placements = self.robot.placements(q)
+        closest, _ = clearance.to_obstacles(
+            self.robot, self.scene, placements, corridor
+        )
+        if closest is None:
+            reason = "there is no obstacle"
+            return Shown(q, placements, CHECKING, reason, None, frozenset())
+        where = f"{closest.link} to {closest.obstacle}"
+        names = frozenset({closest.link, closest.obstacle})
+        if closest.upper <= 0.0:
+            reason = f"{closest.link} meets {closest.obstacle}"
+            return Shown(q, placements, CONTACT, reason, closest, names)
+        told = f"{where}: {1e3 * closest.distance:.1f} mm"
+        if closest.upper <= self.margin:
+            reason = f"{told} is within the margin of {1e3 * self.margin:g} mm"
+            return Shown(q, placements, CONTACT, reason, closest, names)
+        return Shown(q, placements, CHECKING, told, closest, frozenset())
+
+    def judge(self, q: Array, corridor: Corridor | None = None) -> Shown:
+        """The full check of one configuration."""
+        verdict = check_with(self.robot, self.scene, q, self.chosen, corridor)
+        return Shown(
+            q,
+            self.robot.placements(q),
+            verdict.verdict,
+            verdict.reason,
+            verdict.closest,
+            _touching(verdict),
+        )
+
+    def with_plan(self, entry: Any, target: Any) -> "Session":
+        """The session with another plan.
+
+        Raises:
+            GeometryError: Entry and target make no plan.
+        """
+        plan = NeedlePlan(self.plan.name, entry, target)
+        return replace(self, plan=plan)
+
+    def with_mount(self, mount: str) -> "Session":
+        """The session with the robot mounted on the other side.
+
+        Raises:
+            UnknownNameError, UsageError: The robot has no such mount.
+        """
+        arguments: dict[str, Any] = {**self.robot.arguments, "mount": mount}
+        robot = load_robot(
+            self.robot.name,
+            level=self.robot.level,
+            base=self.robot.T_scene_base,
+            **arguments,
+        )
+        return replace(self, robot=robot)
+
+    def with_patient(self, file: str) -> "Session":
+        """The session with a patient's surface instead of the one that was there.
+
+        Args:
+            file: `FILE[:unit][@x,y,z[,r,p,y]]`.
+
+        Raises:
+            MeshError: The file cannot be read.
+            UsageError: An unknown unit or a pose that is none.
+        """
+        found = read_obstacle(file, "patient")
+        kept = tuple(o for o in self.scene.obstacles if o.role != "patient")
+        scene = replace(self.scene, obstacles=kept)
+        more = scene.with_obstacles(found.obstacles, found.warnings, found.not_modelled)
+        return replace(self, scene=more)
+
+    def save_plan(self, path: Path) -> None:
+        """Writes the plan as CSV or JSON, by the file's suffix.
+
+        Raises:
+            BorecheckError: It cannot be written.
+        """
+        from borecheck.plan_file import plans_csv, plans_json
+        from borecheck.report.document import check_writable, write_whole
+
+        check_writable(path)
+        text = plans_json if path.suffix == ".json" else plans_csv
+        write_whole(path, text([self.plan]))
+
+    def write_report(self, path: Path, q: Array, samples: int = 21) -> str:
+        """Writes a page about the plan's motion, or about q where no plan is followed.
+
+        Returns:
+            The verdict on it.
+
+        Raises:
+            UnreachableError: The plan is out of reach.
+            BorecheckError: The page cannot be written.
+        """
+        from borecheck.report.display import display_block
+        from borecheck.report.document import check_writable, write_whole
+        from borecheck.report.page import page
+
+        check_writable(path)
+        document = self._document(q, samples)
+        document["display"] = display_block(self.robot, self.scene, document)
+        write_whole(path, page(document))
+        return str(document["verdict"])
+
+    def _document(self, q: Array, samples: int) -> dict[str, Any]:
+        from borecheck.path_check import check_motion
+        from borecheck.report.document import (
+            header,
+            motion_block,
+            robot_block,
+            scene_block,
+            verdict_block,
+        )
+
+        chosen = replace(self.chosen, link_clearance=True)
+        names = self.robot.model.joint_names
+        document: dict[str, Any] = {
+            **header("check", ["view", self.robot.name, self.scene.name], None),
+            "robot": robot_block(self.robot),
+            "scene": scene_block(self.scene),
+        }
+        if not self.follows_plans:
+            verdict = check_with(self.robot, self.scene, q, chosen)
+            return document | verdict_block(verdict, names)
+        motion = self.motion()
+        answer = check_motion(
+            self.robot,
+            self.scene,
+            motion.waypoints,
+            chosen,
+            corridor=motion.corridor,
+            samples=samples,
+        )
+        block = motion_block(answer, names)
+        plan = {
+            "name": self.plan.name,
+            "entry": self.plan.entry.tolist(),
+            "target": self.plan.target.tolist(),
+            "reachable": True,
+        }
+        return document | block | {"plans": [{**plan, **block}]}
+
+
+def _touching(verdict: Verdict) -> frozenset[str]:
+    pairs = [*verdict.contacts, *verdict.self_contacts]
+    names = {name for pair in pairs for name in (pair.link, pair.obstacle)}
+    if verdict.verdict == CONTACT and not names:
+        names |= {n for c in verdict.contained for n in (c.link, c.obstacle)}
+        if verdict.closest is not None and not names:
+            names = {verdict.closest.link, verdict.closest.obstacle}
+    return frozenset(names)
+
+
+def first_plan(robot: Robot, scene: Scene) -> NeedlePlan:
+    """A plan to begin with: 60 mm straight down from the patient's top, or from 0."""
+    top = 0.0
+    for obstacle in scene.obstacles:
+        if obstacle.role == "patient":
+            low, high = obstacle.mesh.bounds
+            if low[0] < 0.0 < high[0] and low[1] < 0.0 < high[1]:
+                top = _height_at_axis(obstacle.mesh.corners)
+    return NeedlePlan(
+        "live", np.array([0.0, 0.0, top]), np.array([0.0, 0.0, top - 0.06])
+    )
+
+
+def _height_at_axis(corners: Array) -> float:
+    """Where a vertical line through the origin leaves a surface at its top, [m]."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    u, v, w = _cross(b, c), _cross(c, a), _cross(a, b)
+    area = u + v + w
+    hit = (area != 0.0) & (
+        ((u >= 0) & (v >= 0) & (w >= 0)) | ((u <= 0) & (v <= 0) & (w <= 0))
+    )
+    if not hit.any():
+        return 0.0
+    z = (u * a[:, 2] + v * b[:, 2] + w * c[:, 2])[hit] / area[hit]
+    return float(z.max())
+
+
+def _cross(p: Array, q: Array) -> Array:
+    product: Array = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+    return product
