@@ -407,7 +407,7 @@ def _motion(joint: _Joint, value: float) -> Array:
         across = np.cross(np.eye(3), n)
         along = np.outer(n, n)
         cosine, sine = np.cos(value), np.sin(value)
-        T[:3, :3] = cosine * np.eye(3) + (1.0 - cosine) * along - sine * across
+        T[:3, :3] = cosine * np.eye(3) + (1.0 - cosine) * along + sine * across
     return T
 
 

@@ -17,9 +17,9 @@ from borecheck.certificate import certificate, digest, write_certificate
 from borecheck.certificate_check import verify
 from borecheck.mesh import TriangleMesh
 from borecheck.motion_bounds import SLIDES, TURNS, Chain
-from borecheck.path_search import Body, PathProblem, search
+from borecheck.path_search import Body, PathProblem, path_motion, search
 from borecheck.primitives import box, sphere
-from borecheck.se3 import transform
+from borecheck.se3 import axis_rotation, transform
 
 Array = NDArray[np.float64]
 Document = dict[str, Any]
@@ -252,6 +252,30 @@ def test_the_certificate_is_plain_json(document: Document, meshes: list[Any]) ->
     again = json.loads(json.dumps(document))
     assert again == document
     assert verify(again, meshes).accepted
+
+
+def test_its_kinematics_are_those_of_the_chain(
+    document: Document, meshes: list[Any], problem: PathProblem
+) -> None:
+    """Placements, joint values and displacement derived twice."""
+    known = certificate_check._known_meshes(meshes)
+    checker = certificate_check._Checker(document, known)
+    motion = path_motion(problem, WAYPOINTS)
+    for time in (0.0, 0.37, 1.0, 1.62, 2.0):
+        values = checker._values(time)
+        np.testing.assert_allclose(values, motion.joints_at(time), atol=1e-15)
+        placed = motion.place(problem.chain, time)
+        np.testing.assert_allclose(checker._placements(values), placed, atol=1e-14)
+
+
+@pytest.mark.parametrize("angle", [-2.0, -0.3, 0.0, 0.4, 3.0])
+def test_turns_follow_the_right_hand_rule(angle: float) -> None:
+    rng = np.random.default_rng(8)
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    joint = certificate_check._Joint(-1, np.eye(4), "turns", axis, 0, 1.0, 0.0)
+    R = certificate_check._motion(joint, angle)[:3, :3]
+    np.testing.assert_allclose(R, axis_rotation(axis, angle), atol=1e-15)
 
 
 def test_triangle_distances_against_the_kernel() -> None:

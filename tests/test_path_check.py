@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from borecheck import path_kernels
+from borecheck.certificate import certificate
+from borecheck.certificate_check import verify
+from borecheck.contact_check import check
 from borecheck.errors import GeometryError, UsageError
 from borecheck.mesh import TriangleMesh
 from borecheck.motion_bounds import SLIDES, TURNS, Chain
+from borecheck.path_check import chain_of, check_path, path_problem
 from borecheck.path_search import Body, PathProblem, search
 from borecheck.primitives import box
 from borecheck.se3 import transform
@@ -290,3 +295,64 @@ def test_every_reported_contact_is_there(study: ModuleType) -> None:
         assert any(meets)
         seen += 1
     assert seen > 10
+
+
+# --- robots and scenes ---------------------------------------------------------------
+
+# Two forward kinematics of some ten joints within two metres.
+KINEMATICS_TOLERANCE = 1e-12
+
+
+def test_the_chain_places_links_as_pinocchio_does(zerobot, rng) -> None:  # type: ignore[no-untyped-def]
+    frame_of, chain = chain_of(zerobot)
+    for q in zerobot.model.random_configurations(rng, 20):
+        placed = np.zeros((chain.frame_count, 4, 4))
+        path_kernels.place_all(
+            chain.thetas(q), chain.parent, chain.origin, chain.kind, chain.axis, placed
+        )
+        expected = zerobot.placements(q)
+        for link, frame in frame_of.items():
+            np.testing.assert_allclose(
+                placed[frame], expected[link], atol=KINEMATICS_TOLERANCE
+            )
+
+
+def test_a_motion_of_zerobot_is_certified_and_verified(zerobot, ct_gantry) -> None:  # type: ignore[no-untyped-def]
+    """From home a little way: clear, with a certificate that holds."""
+    away = zerobot.home.copy()
+    away[[0, 3, 4]] += (0.05, 0.2, 0.1)
+    waypoints = np.array([zerobot.home, away])
+    problem = path_problem(zerobot, ct_gantry)
+    outcome = search(problem, waypoints)
+    assert outcome.certified, outcome.reason
+    assert outcome.counts["pairs"] > 60
+    written = certificate(problem, waypoints, outcome)
+    assert written is not None
+    bodies = (*problem.parts, *problem.obstacles)
+    surfaces = [(body.mesh.vertices, body.mesh.triangles) for body in bodies]
+    assert verify(written, surfaces).problems == ()
+
+
+def test_random_motions_of_zerobot_against_its_poses(zerobot, ct_gantry, rng) -> None:  # type: ignore[no-untyped-def]
+    """No pose of a certified motion is anything but clear."""
+    found = {"clear": 0, "contact": 0}
+    for _ in range(6):
+        goal = zerobot.model.random_configurations(rng, 1)[0]
+        goal = zerobot.home + rng.choice([0.2, 1.0]) * (goal - zerobot.home)
+        waypoints = np.array([zerobot.home, goal])
+        verdict = check_path(zerobot, ct_gantry, waypoints)
+        poses = dense_poses(waypoints, 15)
+        seen = [check(zerobot, ct_gantry, q).verdict for q in poses]
+        if verdict.certified:
+            assert set(seen) == {"clear"}
+        elif verdict.first_contact is not None:
+            before = int(verdict.first_contact[0] * 14)
+            assert "contact" not in seen[: before + 1]
+        found[verdict.verdict] = found.get(verdict.verdict, 0) + 1
+    assert found["clear"] > 0
+    assert found["contact"] > 0
+
+
+def dense_poses(waypoints: Array, count: int) -> Array:
+    t = np.linspace(0.0, 1.0, count)[:, None]
+    return (1.0 - t) * waypoints[0] + t * waypoints[-1]
