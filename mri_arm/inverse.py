@@ -31,7 +31,8 @@ class Solutions:
 
     Attributes:
         configurations: Those within the limits, each (7,), read-only; may be empty.
-        rejected: One line for every other branch: which limits it breaks, by how much.
+        rejected: One line for every other branch: which limits it breaks, by how much;
+            those that break fewest first.
     """
 
     configurations: tuple[Array, ...]
@@ -155,7 +156,8 @@ def _sorted(
         else:
             q.setflags(write=False)
             within.append(q)
-    return Solutions(tuple(within), tuple(rejected))
+    nearest_first = sorted(rejected, key=lambda phrases: phrases.count(";"))
+    return Solutions(tuple(within), tuple(nearest_first))
 
 
 def _out_of_reach(d: Dimensions, tip: Array) -> str:

@@ -82,6 +82,31 @@ def test_same_seed_same_bytes(data, tmp_path):
     assert again.read_bytes() == data[0].read_bytes()
 
 
+def test_what_samples_show_is_said(data, tmp_path, capsys):
+    capsys.readouterr()
+    assert run("observe", "mri_arm", data[0]) == 0
+    assert "all seen, condition number" in capsys.readouterr().out
+    still = tmp_path / "still.csv"
+    rows = [f"{0.1 * k},0.1,{0.05 * k},0.3,{0.2 * (k % 3)},0.4" for k in range(20)]
+    still.write_text("\n".join(["q1,q2,q3,q4,q5,q6", *rows]))
+    assert run("observe", "mri_arm", still, "--format", "json") == 0
+    seen = json.loads(capsys.readouterr().out)
+    assert seen["condition"] is None
+    assert seen["unseen"]
+
+
+def test_encoders_of_a_strangers_arm_can_be_coarse(tmp_path, capsys):
+    csv = tmp_path / "data.csv"
+    words = ("--noise", "laser", "--pulse", "0.1deg", "--out", csv)
+    assert run("simulate", "mri_arm", *words) == 0
+    capsys.readouterr()
+    assert run("fit", "mri_arm", csv, "--refine", "--format", "json") == 0
+    noise = json.loads(capsys.readouterr().out)["noise"]
+    # -1, 0, +1 pulse: a standard deviation of 0.82 pulses
+    for value in noise["joints_rad"].values():
+        assert value == pytest.approx(np.radians(0.0816), rel=0.3)
+
+
 def test_planned_samples_are_joint_values(tmp_path, capsys):
     out = tmp_path / "plan.csv"
     words = ("--samples", 12, "--candidates", 60, "--out", out)

@@ -1,9 +1,10 @@
-"""`borecheck calibrate`: simulate data, fit an arm to data, plan samples, report."""
+"""`borecheck calibrate`: simulate, fit, observe, plan, report."""
 
 import argparse
 import json
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +19,11 @@ NOISES = "none, cameras, laser, or a device of the robot's own set-up"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of `borecheck calibrate simulate|fit|plan|report`."""
+    """Options of `borecheck calibrate simulate|fit|observe|plan|report`."""
     below = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     _add_simulate(below.add_parser("simulate", help="data of an arm that is a bit off"))
     _add_fit(below.add_parser("fit", help="parameters of an arm from measured points"))
+    _add_observe(below.add_parser("observe", help="what samples can show of an arm"))
     _add_plan(below.add_parser("plan", help="joint values worth measuring at"))
     report = below.add_parser("report", help="a fit's result as one HTML page")
     report.add_argument("result", type=Path, help="what `fit --out` wrote")
@@ -30,7 +32,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Does it; 0 when done. Errors are raised and become one line and status 2."""
-    actions = {"simulate": _simulate, "fit": _fit, "plan": _plan, "report": _report}
+    actions = {
+        "simulate": _simulate,
+        "fit": _fit,
+        "observe": _observe,
+        "plan": _plan,
+        "report": _report,
+    }
     actions[args.action](args)
     return 0
 
@@ -58,6 +66,7 @@ def _add_simulate(parser: argparse.ArgumentParser) -> None:
     add("--noise", default="none", help=f"{NOISES} (none)")
     add("--seed", type=int, default=0, metavar="K", help="of everything random (0)")
     add("--variation", default="4deg", help="half width about the base points (4deg)")
+    add("--pulse", help="encoder resolution of all joints (default: the set-up's)")
     add("--out", type=Path, required=True, metavar="DATA.csv", help="measurements")
     add("--truth", type=Path, metavar="TRUTH.json", help="the true parameters")
 
@@ -72,6 +81,14 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
     add("--format", choices=("text", "json"), default="text", help="of the result")
     add("--out", type=Path, metavar="RESULT.json", help="the full result, for `report`")
     add("--urdf", type=Path, metavar="OUT.urdf", help="the corrected robot")
+
+
+def _add_observe(parser: argparse.ArgumentParser) -> None:
+    _add_robot(parser)
+    add = parser.add_argument
+    add("data", type=Path, help="CSV of joint values; x, y, z may be missing")
+    add("--sigma", default="0.1mm", help="of a measured coordinate (0.1mm)")
+    add("--format", choices=("text", "json"), default="text", help="of the result")
 
 
 def _add_plan(parser: argparse.ArgumentParser) -> None:
@@ -112,9 +129,11 @@ def _simulate(args: argparse.Namespace) -> None:
     subject = _subject(args)
     rng = np.random.default_rng(args.seed)
     variation = parse_angle(args.variation)
-    data, true = simulate(
-        subject.arm, subject.setup, args.samples, args.noise, rng, variation
-    )
+    setup = subject.setup
+    if args.pulse is not None:
+        pulse = parse_angle(args.pulse)
+        setup = replace(setup, pulses=dict.fromkeys(subject.arm.joint_names, pulse))
+    data, true = simulate(subject.arm, setup, args.samples, args.noise, rng, variation)
     _writable(args.out, args.truth)
     write_measurements(args.out, subject.arm, data)
     _say(f"{args.out}: {len(data)} samples of {len(subject.arm.lines)} joints")
@@ -161,6 +180,19 @@ def _corrected(subject: "Subject", found: "Fit", folder: Path) -> str:
     return corrected_urdf(
         subject.text, subject.tree, subject.arm, found.lines, mesh_folders
     )
+
+
+def _observe(args: argparse.Namespace) -> None:
+    from borecheck.calibration.measurements import read_joint_values
+    from borecheck.calibration.plan import judged, observation_text
+
+    subject = _subject(args)
+    q = read_joint_values(args.data, subject.arm)
+    seen = judged(subject.arm, subject.setup, q, parse_length(args.sigma))
+    if args.format == "json":
+        sys.stdout.write(json.dumps(seen, indent=2) + "\n")
+    else:
+        sys.stdout.write(observation_text(seen))
 
 
 def _plan(args: argparse.Namespace) -> None:

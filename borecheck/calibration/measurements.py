@@ -75,7 +75,7 @@ def read_measurements(path: Path, arm: SerialArm) -> Measurements:
         InputError: One line: what is wrong, in which line and column.
     """
     header, rows = _read_csv(path)
-    columns = _columns(path, header, arm)
+    columns = _columns(path, header, arm, wanted=[*arm.joint_names, *"xyz"])
     values = {
         name: np.array([factor * _number(path, row, k, header, i) for k, row in rows])
         for name, (i, factor) in columns.items()
@@ -92,6 +92,27 @@ def read_measurements(path: Path, arm: SerialArm) -> Measurements:
     data = Measurements(q, points, moving, str(path))
     _check_scale(path, arm, data)
     return data
+
+
+def read_joint_values(path: Path, arm: SerialArm) -> Array:
+    """Joint values (n, k) [rad] of a CSV in which measured points may be missing.
+
+    Raises:
+        InputError: As for `read_measurements`.
+    """
+    header, rows = _read_csv(path)
+    columns = _columns(path, header, arm, wanted=arm.joint_names)
+    q = np.array(
+        [
+            [
+                columns[n][1] * _number(path, row, k, header, columns[n][0])
+                for k, row in rows
+            ]
+            for n in arm.joint_names
+        ]
+    ).T
+    _check_angles(path, arm, q)
+    return q
 
 
 def find_moving(q: Array, names: Sequence[str]) -> tuple[str, ...]:
@@ -143,10 +164,9 @@ def _read_csv(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
 
 
 def _columns(
-    path: Path, header: list[str], arm: SerialArm
+    path: Path, header: list[str], arm: SerialArm, wanted: Sequence[str]
 ) -> dict[str, tuple[int, float]]:
     """Index and factor to SI of each joint and coordinate; no column is ignored."""
-    wanted = [*arm.joint_names, *"xyz"]
     if all(_is_number(cell) for cell in header):
         names = ",".join(wanted)
         problem = f"its columns have no names; the first line must be {names}"

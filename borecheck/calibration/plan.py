@@ -1,6 +1,8 @@
-"""A list of joint values worth measuring at, and what they would show."""
+"""What joint values would show if one measured at them, and a list worth measuring."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +61,48 @@ def plan(
         + ", ".join(after.weakest[:4])
     )
     return Plan(chosen, summary)
+
+
+def judged(
+    arm: SerialArm, setup: CalibrationSetup, q: Array, sigma: float
+) -> dict[str, Any]:
+    """What samples show, as JSON.
+
+    Args:
+        arm: The arm as drawn.
+        setup: Target.
+        q: Joint values, (n, k), [rad].
+        sigma: Standard deviation of a measured coordinate, [m].
+    """
+    poses = arm.random(np.random.default_rng(0), POSES)
+    found = observe(arm, q, target_at_zero(arm, setup.target), sigma, poses)
+    seen = not found.unseen
+    return {
+        "schema_version": "1",
+        "command": "calibrate observe",
+        "samples": len(q),
+        "parameters": len(arm.forms.names),
+        "condition": found.condition if seen else None,
+        "unseen": list(found.unseen),
+        "weakest": list(found.weakest),
+        "sigma_m": sigma,
+        "target_sigma_m": found.tip_sigma if seen else None,
+    }
+
+
+def observation_text(seen: Mapping[str, Any]) -> str:
+    """The same for people."""
+    head = (
+        f"{seen['samples']} samples, {seen['parameters']} parameters and the target\n"
+    )
+    if seen["unseen"]:
+        return head + f"not seen at all: {', '.join(seen['unseen'])}\n"
+    return (
+        head + f"all seen, condition number {seen['condition']:.1f} (1 is best)\n"
+        f"weakest: {', '.join(seen['weakest'])}\n"
+        f"errors of {1e3 * seen['sigma_m']:.4g} mm leave the target uncertain by "
+        f"{1e3 * seen['target_sigma_m']:.4f} mm all over the joint ranges\n"
+    )
 
 
 def as_csv(arm: SerialArm, q: Array) -> str:
