@@ -36,6 +36,7 @@ def examine_containment(
     """Adds stretches in which one body of a pair holds the other.
 
     Surfaces must have been examined: clear stretches are those not on the timeline.
+    Where another pair is in contact, nothing needs to be added.
     """
     a, b = pair.moving, pair.standing
     if not (a.topology.is_closed and b.topology.is_closed):
@@ -44,7 +45,7 @@ def examine_containment(
             reason = f"{' and '.join(names)}: open, what it holds cannot be told"
             timeline.add_unknown(pair.names, reason)
         return
-    for start, end in _clear_stretches(timeline.of_pair(pair.names)):
+    for start, end in _clear_stretches(timeline.not_clear_for(pair.names)):
         # A stretch is proven clear with its ends, so any instant of it will do.
         placed = motion.place(chain, start * timeline.span)
         T_a = placed[a.frame]

@@ -93,9 +93,16 @@ class Timeline:
                     self.first_touch = touch
             self._join(float(start), float(end), int(outcome), names)
 
-    def of_pair(self, names: Names) -> list[tuple[float, float]]:
-        """Stretches of one pair that are not clear, in order."""
-        return [(s, e) for s, e, _, whose in self.open if whose == names]
+    def not_clear_for(self, names: Names) -> list[tuple[float, float]]:
+        """Stretches in which a pair is not proven clear.
+
+        Its own, and those in contact already: there it was not looked at any more.
+        """
+        return [
+            (start, end)
+            for start, end, outcome, whose in self.open
+            if whose == names or outcome == TOUCHED
+        ]
 
     def settled(self) -> Array:
         """Stretches that hold contact already, in waypoints, (k, 2)."""

@@ -193,6 +193,23 @@ def test_inside_from_the_start() -> None:
     assert search(around, [[0.0], [0.2]]).qualifiers == ("contained",)
 
 
+def test_inside_after_contact_of_another_pair() -> None:
+    """A part breaks into a shell while another one touches, and is then inside."""
+    small, long = _cube("small", 0.02), box("long", [0.7, 0.02, 0.02])
+    parts = (
+        Body("long", long.moved(transform([0.15, 1.0, 0])), 0),
+        Body("small", small, 0),
+    )
+    shell = _at(_cube("shell", 0.4), 0.5)
+    block = _at(_cube("block"), 0.5, 1.0)
+    problem = PathProblem(_slider(), parts, (block, shell))
+    verdict = search(problem, [[0.0], [0.6], [-0.6], [0.6]])
+    assert verdict.verdict == "contact"
+    inside = 0.5 / 0.6 / 3.0  # the small part in the middle of the shell
+    stretch = next(s for s in verdict.intervals if s.start <= inside <= s.end)
+    assert stretch.verdict == "contact"
+
+
 def test_open_surfaces_stay_unknown_unless_far() -> None:
     cup = _cube("cup", 1.0)
     cup = TriangleMesh("cup", cup.vertices, cup.triangles[:-2])
