@@ -5,6 +5,7 @@ wish, first with a glance and, when nothing newer is wanted, with the full check
 """
 
 import contextlib
+import io
 import logging
 import socket
 import tempfile
@@ -29,6 +30,13 @@ from borecheck.view.session import Session, Shown
 Array = NDArray[np.float64]
 
 HOST = "127.0.0.1"
+
+# So long nothing must have been dragged before the full check begins, [s]: it takes
+# longer than a picture may.
+REST = 0.1
+
+# Where the eye stands at first: beside the robot, looking into the bore, [m].
+EYE, LOOK_AT = (-2.1, -3.0, 1.5), (-0.25, 0.0, 0.1)
 
 COLOURS = {
     "robot": (84, 131, 181),
@@ -65,7 +73,10 @@ class LiveView:
         check_port(port)
         logging.getLogger("websockets").setLevel(logging.CRITICAL)
         self.session = session
-        self.server: Any = viser.ViserServer(host=HOST, port=port, verbose=False)
+        with contextlib.redirect_stdout(io.StringIO()):  # viser's banner
+            self.server: Any = viser.ViserServer(host=HOST, port=port, verbose=False)
+        # the button of viser's page that would publish the view through a tunnel
+        self.server.request_share_url = lambda *_, **__: None
         self.port = int(self.server.get_port())
         self.q: Array = session.robot.home.copy()
         self.shown: Shown | None = None
@@ -95,7 +106,8 @@ class LiveView:
         self._stopped = True
         self._wish.set()
         self._worker.join(timeout=5.0)
-        self.server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
 
     def _answer_wishes(self) -> None:
         while True:
@@ -107,7 +119,7 @@ class LiveView:
                 session, q, corridor = self.session, self.q.copy(), self._corridor
             with self._told():
                 self._show(session.glance(q, corridor))
-                if not self._wish.is_set():
+                if not self._wish.wait(REST):
                     self._show(session.judge(q, corridor))
 
     @contextlib.contextmanager
@@ -200,6 +212,8 @@ class LiveView:
     def _panel(self) -> None:
         gui, scene = self.server.gui, self.server.scene
         scene.set_up_direction("+z")
+        self.server.initial_camera.position = EYE
+        self.server.initial_camera.look_at = LOOK_AT
         self._state = gui.add_markdown("## …")
         self._note = gui.add_markdown("")
         self._line = scene.add_line_segments(
@@ -275,7 +289,7 @@ class LiveView:
                 f"/plan/{name}", scale=0.06, disable_rotations=True, position=point
             )
             scene.add_icosphere(f"/plan/{name}/ball", radius=0.004, color=(0, 79, 196))
-            scene.add_label(f"/plan/{name}/name", name)
+            scene.add_label(f"/plan/{name}/name", name, anchor="center-right")
             handle.on_update(lambda _: self._replan())
             self._ends.append(handle)
         self._needle_line = scene.add_line_segments(
