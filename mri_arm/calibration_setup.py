@@ -42,11 +42,16 @@ def cameras(count: int = 3, thresholded: bool = True) -> Cameras:
     return Cameras(seen, thresholded)
 
 
-def voxels(scale: float = 1.0, *, noise: bool = False) -> dict[str, Sensor]:
+def voxels(
+    scale: float = 1.0,
+    *,
+    noise: bool = False,
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> dict[str, Sensor]:
     """Voxel accuracies by joint, as rounding or (`noise`) as independent errors."""
-    kind = VoxelNoise if noise else VoxelGrid
-    near = kind(scale * VOXEL_NEAR)
-    return {"q1": near, "q2": near, "": kind(scale * VOXEL_FAR)}
+    cells = scale * VOXEL_NEAR, scale * VOXEL_FAR
+    near, far = (VoxelNoise(c) if noise else VoxelGrid(c, rpy) for c in cells)
+    return {"q1": near, "q2": near, "": far}
 
 
 SETUP = CalibrationSetup(

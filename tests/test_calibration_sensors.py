@@ -29,7 +29,7 @@ def test_exact_is_exact(places, rng):
 
 
 def test_thresholding_answers_the_same_for_the_same_place(places, rng):
-    for device in (VoxelGrid(0.002), cameras()):
+    for device in (VoxelGrid(0.002), VoxelGrid(0.002, (0.5, 0.7, 0.9)), cameras()):
         first = device.measure(places, rng)
         np.testing.assert_array_equal(device.measure(places, rng), first)
     off = VoxelGrid(0.002).measure(places, rng) - places

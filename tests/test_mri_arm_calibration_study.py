@@ -78,6 +78,27 @@ def test_full_circle_brings_all_lengths_below_a_tenth(true):
         assert abs(bias[name].value) < 0.1e-3
 
 
+def test_oblique_voxels_leave_little_bias_at_120_degrees(true):
+    """Section 4: "the bias can be removed" with base points all round."""
+    best = study.camera_cases()[-1]
+    bias = {}
+    for rpy in ((0.0, 0.0, 0.0), (0.5, 0.7, 0.9)):
+        case = replace(
+            best,
+            full_circle=True,
+            variation_deg=4.0,
+            sensors=study.voxels(0.75, rpy=rpy),
+        )
+        bias[rpy] = max(abs(x.value) for x in _lengths(study.biases(run(case, true))))
+    parallel, oblique = bias.values()
+    assert parallel > 2e-3
+    assert oblique < 0.5e-3
+
+
+def _lengths(figures):
+    return [figures[name] for name in LENGTHS]
+
+
 def test_tip_scatters_by_about_a_millimetre(true):
     errors = study.tip_errors(
         run(study.camera_cases()[-1], true), np.random.default_rng(3), poses=5

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import GeometryError
+from borecheck.se3 import rpy_matrix
 
 Array = NDArray[np.float64]
 
@@ -38,13 +39,16 @@ class VoxelGrid:
 
     Attributes:
         cell: Edge of a voxel [m]; "+/- 0.5 mm" is a cell of 1 mm.
+        rpy: How the grid is turned against the world (roll, pitch, yaw), [rad].
     """
 
     cell: float
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def measure(self, points: Array, rng: np.random.Generator) -> Array:
         """The nearest corner of the grid."""
-        result: Array = np.round(points / self.cell) * self.cell
+        R = rpy_matrix(*self.rpy)
+        result: Array = np.round(points @ R / self.cell) * self.cell @ R.T
         return result
 
 
