@@ -11,6 +11,7 @@ from borecheck.mesh import TriangleMesh
 from borecheck.mesh_file import write_stl
 from borecheck.primitives import box
 from borecheck.report import display, page_compare, page_study
+from borecheck.report.excerpts import with_excerpts
 from borecheck.report.figures_still import Stage, looking, png
 from borecheck.report.page import embedded_json, page
 from borecheck.report.thinning import thinned
@@ -354,3 +355,15 @@ def test_png_is_read_by_others():
     image = np.random.default_rng(1).integers(0, 256, (7, 5, 3)).astype(np.uint8)
     read = np.rint(255 * imread(BytesIO(png(image)), format="png")).astype(np.uint8)
     assert (read[..., :3] == image).all()
+
+
+def test_excerpts_show_the_lines_around_a_finding(tmp_path):
+    path = tmp_path / "a.urdf"
+    path.write_text("one\n<two & two>\nthree\nfour\n")
+    finding = {"file": str(path), "line": 2}
+    gone = {"file": str(tmp_path / "gone"), "line": 2}
+    document = {"files": [{"file": "f", "findings": [finding, gone]}]}
+    first, second = with_excerpts(document)["files"][0]["findings"]
+    assert [entry["line"] for entry in first["excerpt"]] == [1, 2, 3]
+    assert first["excerpt"][1]["text"] == "<two & two>"
+    assert second["excerpt"] == []

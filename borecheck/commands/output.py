@@ -37,6 +37,10 @@ def emit(args: argparse.Namespace, document: Mapping[str, Any], text: Text) -> N
     if args.format == "json":
         bare = {key: value for key, value in document.items() if key != "display"}
         sys.stdout.write(dumps(bare))
+    elif sys.stdout.isatty():
+        from borecheck.report.terminal import show
+
+        show(text(document))
     else:
         sys.stdout.write(text(document))
 

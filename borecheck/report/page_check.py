@@ -7,6 +7,7 @@ from markupsafe import Markup
 
 from borecheck.report.figures import clearance_plot
 from borecheck.report.pictures import pictures_at
+from borecheck.uncertainty.wording import lines as probability_lines
 
 CHECKERS = {
     "exact": "the sign of every determinant is exact; touching counts as contact",
@@ -68,6 +69,7 @@ def _motion(
         "links": _links(poses) if reachable else [],
         "touching": _touching(poses[worst]) if reachable else [],
         "margin": document["margin_m"],
+        "probability": probability_lines(block),
         "plot": None,
     }
 

@@ -235,7 +235,8 @@ def render(
         return as_json(results, profile, extra)
     from importlib import import_module
 
-    document = to_document(results, profile, extra)
+    excerpts = import_module("borecheck.report.excerpts")
+    document = excerpts.with_excerpts(to_document(results, profile, extra))
     return str(import_module("borecheck.report.page").page(document))
 
 
