@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck import bvh_clearance, bvh_query
-from borecheck.bvh import MeshTree, reject_placement
+from borecheck.bvh import NOT_ASKED, NOT_ASKED_BOOL, MeshTree, reject_placement
+from borecheck.bvh_book import PairBook
 from borecheck.bvh_query import NO_PAIR
 from borecheck.errors import GeometryError
 from borecheck.narrowphase import narrowphase_code
@@ -31,6 +32,8 @@ Ids = NDArray[np.int64]
 
 # Triangle pairs found at first without asking again for more room.
 _FIRST_ROOM = 2048
+_FIRST, _ALL = bvh_query.FIRST, bvh_query.ALL
+_FLOAT = np.dtype(np.float64)
 _NOTHING = np.zeros((0, bvh_query.FOUND_COLUMNS), np.int64)
 
 
@@ -113,23 +116,54 @@ class MovingLinks:
         """
         placements = self._checked(placements)
         hits = np.empty(len(placements), np.int64)
-        code = narrowphase_code(narrowphase)
-        if threads == 1:
-            end = len(placements)
-            self._search(placements, 0, end, code, bvh_query.FIRST, hits, _NOTHING)
-            return hits
-
-        def run(begin: int, end: int) -> None:
-            self._search(placements, begin, end, code, bvh_query.FIRST, hits, _NOTHING)
-
-        _in_threads(run, len(placements), threads)
+        self._first(placements, narrowphase, threads, hits, NOT_ASKED_BOOL)
         return hits
 
     def first_contacts(
         self, placements: ArrayLike, narrowphase: str = "exact", threads: int = 1
     ) -> NDArray[np.bool_]:
         """Whether anything touches, pose by pose, (n,); see `first_pairs`."""
-        return self.first_pairs(placements, narrowphase, threads) != NO_PAIR
+        placements = self._checked(placements)
+        touches = np.empty(len(placements), np.bool_)
+        self._first(placements, narrowphase, threads, NOT_ASKED, touches)
+        return touches
+
+    def first_pair(self, T_world_links: Floats, narrowphase: str = "exact") -> int:
+        """The first of `pairs` that is in contact in one pose, or -1.
+
+        What `first_pairs` answers, with the least work around the search: for callers
+        that ask pose by pose.
+
+        Args:
+            T_world_links: (links, 4, 4), float64.
+            narrowphase: As in `first_pairs`.
+
+        Raises:
+            GeometryError: Placements of wrong shape or not rigid: which link.
+            UnknownNameError: No such narrowphase.
+        """
+        placements = self._checked(T_world_links[None])
+        code = narrowphase_code(narrowphase)
+        return self._search(placements, 0, 1, code, _FIRST)[1]
+
+    def _first(
+        self,
+        placements: Floats,
+        narrowphase: str,
+        threads: int,
+        hits: Ids,
+        touches: NDArray[np.bool_],
+    ) -> None:
+        """Fills one of the two: first pairs, or whether there is one."""
+        code, count = narrowphase_code(narrowphase), len(placements)
+        if threads == 1:
+            self._search(placements, 0, count, code, _FIRST, hits, touches)
+            return
+
+        def run(begin: int, end: int) -> None:
+            self._search(placements, begin, end, code, _FIRST, hits, touches)
+
+        _in_threads(run, count, threads)
 
     def contacts(self, placements: ArrayLike, narrowphase: str = "exact") -> Ids:
         """All triangle pairs in contact, sorted, (k, 4).
@@ -138,20 +172,15 @@ class MovingLinks:
         as original ids. Arguments and errors as in `first_pairs`.
         """
         placements = self._checked(placements)
-        hits = np.zeros(len(placements), np.int64)
         code, end = narrowphase_code(narrowphase), len(placements)
         count, room = _FIRST_ROOM, 0
         while count > room:
             room = count
             found = np.empty((room, bvh_query.FOUND_COLUMNS), np.int64)
-            count = self._search(placements, 0, end, code, bvh_query.ALL, hits, found)
-        found = found[:count]
-        found[:, 2] = self.links.order[found[:, 2]]
-        found[:, 3] = self.others.order[found[:, 3]]
-        # Two numbers order the rows as the four would, in half the time.
-        outer = found[:, 0] * len(self.pairs) + found[:, 1]
-        inner = found[:, 2] * len(self.others.order) + found[:, 3]
-        return found[np.lexsort((inner, outer))]
+            count, _ = self._search(
+                placements, 0, end, code, _ALL, NOT_ASKED, NOT_ASKED_BOOL, found
+            )
+        return found[:count].copy()
 
     def clearances(
         self, placements: ArrayLike, relative_tolerance: float = 0.0, threads: int = 1
@@ -223,29 +252,33 @@ class MovingLinks:
         end: int,
         code: int,
         task: int,
-        hits: Ids,
-        found: Ids,
-    ) -> int:
-        """Number of triangle pairs found; fills `hits` and `found`."""
-        moving = self.T_world_others is None
-        count, _, bad = bvh_query.search(
-            *self._trees,
+        hits: Ids = NOT_ASKED,
+        touches: NDArray[np.bool_] = NOT_ASKED_BOOL,
+        found: Ids = _NOTHING,
+    ) -> tuple[int, int]:
+        """Number of triangle pairs found, and the last pose's first pair or -1.
+
+        Fills what is given.
+        """
+        others = self.T_world_others
+        count, _, bad, hit = bvh_query.search(
+            self._book.entries,
             placements,
-            placements if moving else self.T_world_others,
-            moving,
+            placements if others is None else others,
+            others is None,
             begin,
             end,
-            self._depths,
             code,
             task,
             0.0,
             hits,
+            touches,
             found,
         )
         if bad >= 0:
             for k, T in enumerate(placements[bad]):
                 reject_placement(T, f"placements[{bad}, {k}]")
-        return int(count)
+        return count, hit
 
     def _nearest(
         self,
@@ -271,6 +304,15 @@ class MovingLinks:
         )
 
     @cached_property
+    def _shape(self) -> tuple[int, int, int]:
+        """Of the placements of one pose."""
+        return len(self.links), 4, 4
+
+    @cached_property
+    def _book(self) -> PairBook:
+        return PairBook(self.links.book, self.others.book, self.pairs)
+
+    @cached_property
     def _trees(self) -> tuple[NDArray[Any], ...]:
         """What every kernel takes first."""
         links, others = self.links, self.others
@@ -283,8 +325,16 @@ class MovingLinks:
 
     def _checked(self, placements: ArrayLike) -> Floats:
         """Placements as kernels take them: contiguous, float64, writable."""
+        if (
+            type(placements) is np.ndarray
+            and placements.dtype == _FLOAT
+            and placements.flags.carray
+            and placements.ndim == 4
+            and placements.shape[1:] == self._shape
+        ):
+            return placements  # the usual case, without the cost of asking more
         array = np.ascontiguousarray(placements, dtype=np.float64)
-        if array.ndim != 4 or array.shape[1:] != (len(self.links), 4, 4):
+        if array.ndim != 4 or array.shape[1:] != self._shape:
             raise GeometryError(
                 f"placements have shape {array.shape}, not (n, {len(self.links)}, 4, 4)"
             )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck import bvh_clearance, bvh_query, cache
+from borecheck.bvh_book import Book, PairBook
 from borecheck.bvh_boxes import LARGEST_COORDINATE
 from borecheck.bvh_build import CHILD_ROW, ROWS, WIDTH, TreeArrays, build
 from borecheck.errors import GeometryError
@@ -23,6 +24,8 @@ Placement = NDArray[np.float64]
 
 # A lone tree against a lone tree.
 _ONE_PAIR = np.zeros((1, 2), np.int64)
+# For answers of `bvh_query.search` that nobody asks for.
+NOT_ASKED, NOT_ASKED_BOOL = np.zeros(0, np.int64), np.zeros(0, np.bool_)
 # Contacts found at first without asking again for more room.
 _FIRST_ROOM = 2048
 
@@ -95,6 +98,7 @@ class MeshTree:
         self.corners = corners[tree.order]
         # Of one tree, as kernels take it of many: node 0 is the first.
         self.frames = np.append(tree.frame, 0.0)[None]
+        self.book = Book(self.nodes, self.corners, self.order, self.frames, self.depth)
 
     @classmethod
     def of(cls, mesh: TriangleMesh, *, cached: bool = True) -> "MeshTree":
@@ -157,7 +161,7 @@ class MeshTree:
         """
         task = bvh_query.ALL
         _, examined, found = self._search(other, T_self, T_other, narrowphase, task)
-        return self._original(other, found), int(examined)
+        return np.ascontiguousarray(found), examined
 
     def candidates(
         self,
@@ -174,7 +178,7 @@ class MeshTree:
             raise GeometryError(f"inflate is {inflate}, not a distance in metres")
         task = bvh_query.BOXES
         _, _, found = self._search(other, T_self, T_other, "exact", task, inflate)
-        return self._original(other, found)
+        return np.ascontiguousarray(found)
 
     def clearance(
         self,
@@ -306,30 +310,25 @@ class MeshTree:
         task: int,
         inflate: float = 0.0,
     ) -> tuple[int, int, NDArray[np.int64]]:
-        """Number of pairs found, number examined, and the leaves found, (k, 2)."""
+        """Number of pairs found, number examined, and what `search` found, (k, 2)."""
         T_self, T_other = placement(T_self, "T_self"), placement(T_other, "T_other")
         code = narrowphase_code(narrowphase)
+        book = PairBook(self.book, other.book, _ONE_PAIR)
         room = 1 if task == bvh_query.FIRST else _FIRST_ROOM
         while True:
             found = np.empty((room, bvh_query.FOUND_COLUMNS), np.int64)
-            count, examined, bad = bvh_query.search(
-                self.nodes,
-                self.corners,
-                self.frames,
-                other.nodes,
-                other.corners,
-                other.frames,
-                _ONE_PAIR,
+            count, examined, bad, _ = bvh_query.search(
+                book.entries,
                 T_self,
                 T_other,
                 False,
                 0,
                 1,
-                self.depth + other.depth,
                 code,
                 task,
                 inflate,
-                np.zeros(1, np.int64),
+                NOT_ASKED,
+                NOT_ASKED_BOOL,
                 found,
             )
             if bad >= 0:
@@ -338,15 +337,6 @@ class MeshTree:
             if count <= room:
                 return count, examined, found[:count, 2:]
             room = count
-
-    def _original(
-        self, other: "MeshTree", leaves: NDArray[np.int64]
-    ) -> NDArray[np.int64]:
-        """Pairs of leaves as original triangle ids, sorted."""
-        keys = self.order[leaves[:, 0]] * other.triangle_count
-        keys += other.order[leaves[:, 1]]
-        keys.sort()
-        return np.stack(np.divmod(keys, other.triangle_count), axis=1)
 
 
 def _bounds(answer: NDArray[np.float64]) -> tuple[float, float]:

@@ -38,7 +38,7 @@ SHIFT = 9
 SLACK = 12
 RELATION_SHAPE = (2, 13)
 # Columns of the frames of trees: origin (3), largest coordinate, node 0.
-EXTENT, ROOT = 3, 4
+EXTENT, ROOT, FRAME_COLUMNS = 3, 4, 5
 
 # float32 boxes square coordinates; nothing in a scanner room is larger.
 LARGEST_COORDINATE = 1e12

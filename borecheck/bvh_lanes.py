@@ -55,11 +55,15 @@ class _Lanes:
         return [self._number(column) for column in range(first, first + count)]
 
     def _number(self, column: int) -> Any:
+        place = self.ir.Constant(self.ir.IntType(64), column)
+        return self.spread(self.builder.load(self.builder.gep(self.probe, [place])))
+
+    def spread(self, number: Any) -> Any:
+        """One number in all lanes."""
         ir, builder = self.ir, self.builder
-        place = builder.gep(self.probe, [ir.Constant(ir.IntType(64), column)])
         undefined = ir.Constant(self.vector, ir.Undefined)
         lane = ir.Constant(ir.IntType(32), 0)
-        single = builder.insert_element(undefined, builder.load(place), lane)
+        single = builder.insert_element(undefined, number, lane)
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
         return builder.shuffle_vector(single, undefined, zeros)
 
@@ -154,13 +158,8 @@ def _type_gap_mask(
         target = _data(context, builder, signature.args[4], args[4])
         place = builder.bitcast(target, lanes.vector.as_pointer())
         builder.store(gap, place, align=4)
-        ir = lanes.ir
-        undefined = ir.Constant(lanes.vector, ir.Undefined)
-        lane = ir.Constant(ir.IntType(32), 0)
-        limit = builder.insert_element(undefined, args[3], lane)
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-        limit = builder.shuffle_vector(limit, undefined, zeros)
-        return _bits(lanes, builder.fcmp_unordered("<", gap, limit))
+        near = builder.fcmp_unordered("<", gap, lanes.spread(args[3]))
+        return _bits(lanes, near)
 
     signature = types.int64(nodes, types.int64, probe, types.float32, gaps)
     return signature, generate
@@ -190,3 +189,36 @@ def _bits(lanes: _Lanes, flags: Any) -> Any:
 
 overlap_mask: Any = intrinsic(_type_overlap_mask)
 gap_mask: Any = intrinsic(_type_gap_mask)
+
+
+def _type_array_at(context: Any, address: Any) -> Any:
+    """An address as a pointer, for `numba.carray`."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.inttoptr(args[0], context.get_value_type(types.voidptr))
+
+    return types.voidptr(types.int64), generate
+
+
+def _type_local_memory(context: Any, size: Any) -> Any:
+    """So many bytes that live as long as the function, not set to anything.
+
+    Other than memory from the heap they are known to be nobody else's, so that
+    the compiler keeps what lies there in registers.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        from llvmlite import ir
+
+        kind = ir.ArrayType(ir.VectorType(ir.FloatType(), WIDTH), -(-count // 32))
+        place = cgutils.alloca_once(builder, kind)
+        return builder.bitcast(place, context.get_value_type(types.voidptr))
+
+    if not isinstance(size, types.IntegerLiteral):
+        return None
+    count = size.literal_value
+    return types.voidptr(size), generate
+
+
+array_at: Any = intrinsic(_type_array_at)
+local_memory: Any = intrinsic(prefer_literal=True)(_type_local_memory)

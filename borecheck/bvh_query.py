@@ -6,12 +6,17 @@ the world and judged by one of the narrowphases.
 
 One kernel serves one pair of meshes and many links in many poses alike. It is one
 function because numba counts references at every inner call that takes arrays: done
-for each link, that costs more than the walk.
+for each link, that costs more than the walk. Children are asked in the order of their
+slots: the deepest overlap first needs no fewer visits and costs a fifth more.
 """
+
+import math
 
 import numpy as np
 from numba import njit
+from numba.np.numpy_support import carray
 
+from borecheck.bvh_book import DEPTH, SIDE, open_pairs, open_side
 from borecheck.bvh_boxes import (
     INLINE,
     KERNEL,
@@ -29,8 +34,8 @@ from borecheck.bvh_boxes import (
     slack_of,
     undo,
 )
-from borecheck.bvh_build import CHILD_ROW, F32, WIDTH
-from borecheck.bvh_lanes import PROBE_COLUMNS, overlap_mask
+from borecheck.bvh_build import CHILD_ROW, WIDTH
+from borecheck.bvh_lanes import PROBE_COLUMNS, local_memory, overlap_mask
 from borecheck.narrowphase import leaf
 from borecheck.placing import place_triangle
 from borecheck.triangle_contact import triangle_row
@@ -41,6 +46,9 @@ FIRST, ALL, BOXES = 0, 1, 2
 NO_PAIR = -1
 # Columns of what is found: pose, pair of meshes, leaf of a, leaf of b.
 FOUND_COLUMNS = 4
+# Bytes of what a walk keeps at hand.
+_RELATION, _PROBE = 4 * math.prod(RELATION_SHAPE), 4 * PROBE_COLUMNS
+_PLACEMENT, _TRIANGLE = 8 * 12, 8 * 9
 
 
 @njit(**INLINE)
@@ -62,6 +70,26 @@ def all_rigid(placements, i):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
+def sort_pairs(found, begin, end):  # type: ignore[no-untyped-def]
+    """Sorts the rows from begin to end by their last two columns (Shell's sort)."""
+    gap = 1
+    while 9 * gap < 4 * (end - begin):
+        gap = 9 * gap // 4 + 1
+    while gap > 0:
+        for i in range(begin + gap, end):
+            a, b = found[i, 2], found[i, 3]
+            j = i
+            while j >= begin + gap:
+                c, d = found[j - gap, 2], found[j - gap, 3]
+                if c < a or (c == a and d <= b):
+                    break
+                found[j, 2], found[j, 3] = c, d
+                j -= gap
+            found[j, 2], found[j, 3] = a, b
+        gap = (4 * gap + 4) // 9
+
+
+@njit(**INLINE)
 def keep_triangle(triangle, kept):  # type: ignore[no-untyped-def]
     """Writes a triangle into (1, 9): the next leaf of b often asks for it again."""
     for i in range(9):
@@ -70,52 +98,52 @@ def keep_triangle(triangle, kept):  # type: ignore[no-untyped-def]
 
 @njit(**KERNEL)
 def search(  # type: ignore[no-untyped-def]
-    nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
-    pairs, placements_a, placements_b, b_moves, begin, end,
-    depths, code, task, inflate, hits, found,
+    book, placements_a, placements_b, b_moves, begin, end,
+    code, task, inflate, hits, touches, found,
 ):  # fmt: skip
     """Contacts of pairs of meshes, pose by pose.
 
     Args:
-        nodes_a: Nodes of all trees a, see `packed_trees`.
-        corners_a: Their triangles in the order of the leaves, (m, 9).
-        frames_a: Their origins, sizes and first nodes, (k, 5).
-        nodes_b: As nodes_a; may be the same arrays.
-        corners_b: As corners_a.
-        frames_b: As frames_a.
-        pairs: Which a against which b, (p, 2).
+        book: Trees and pairs, see `bvh_book.PairBook`.
         placements_a: (n, a, 4, 4).
         placements_b: (n, b, 4, 4), or (1, b, 4, 4) if they stand still.
         b_moves: Whether they do not.
         begin: First pose.
         end: Behind the last pose.
-        depths: Of the deepest tree of either side, together.
         code: The narrowphase.
         task: FIRST, ALL or BOXES.
         inflate: For BOXES: boxes nearer than this count as meeting, [m].
-        hits: (n,), the first pair in contact or NO_PAIR, filled from begin to end.
-        found: (c, 4), filled as far as it goes: see FOUND_COLUMNS.
+        hits: (n,), the first pair in contact or NO_PAIR, filled from begin to end; or
+            empty if nobody asks.
+        touches: (n,), whether there is one, bool; or empty.
+        found: (c, 4), filled as far as it goes: see FOUND_COLUMNS. Leaves for FIRST,
+            else original triangles, and sorted if all fit.
 
     Returns:
         Number of triangle pairs found (maybe more than fit), number examined, and the
-        first pose with a placement that is not rigid, or -1.
+        first pose with a placement that is not rigid, or -1; the hit of the last pose.
     """
-    children_a, children_b = nodes_a.view(np.int32), nodes_b.view(np.int32)
-    relation = np.zeros(RELATION_SHAPE, F32)
-    T_a, T_b = np.zeros((3, 4)), np.zeros((3, 4))
-    stack = np.zeros((stack_room(depths), 2), np.int64)
-    probe, kept = np.zeros(PROBE_COLUMNS, F32), np.zeros((1, 9))
+    nodes_a, children_a, corners_a, order_a, frames_a = open_side(book, 0)
+    nodes_b, children_b, corners_b, order_b, frames_b = open_side(book, SIDE)
+    pairs = open_pairs(book)
+    relation = carray(local_memory(_RELATION), RELATION_SHAPE, np.float32)
+    probe = carray(local_memory(_PROBE), (PROBE_COLUMNS,), np.float32)
+    T_a = carray(local_memory(_PLACEMENT), (3, 4), np.float64)
+    T_b = carray(local_memory(_PLACEMENT), (3, 4), np.float64)
+    kept = carray(local_memory(_TRIANGLE), (1, 9), np.float64)
+    stack = np.empty((stack_room(book[DEPTH] + book[SIDE + DEPTH]), 2), np.int64)
     count, examined = 0, 0
-    standing = -1
+    hit, standing = NO_PAIR, -1
     if not b_moves and not all_rigid(placements_b, 0):
-        return count, examined, 0
+        return count, examined, 0, hit
     for i in range(begin, end):
         if not (
             all_rigid(placements_a, i) and (not b_moves or all_rigid(placements_b, i))
         ):
-            return count, examined, i
-        hits[i] = NO_PAIR
+            return count, examined, i, hit
+        hit = NO_PAIR
         for k in range(len(pairs)):
+            before = count
             mesh_a, mesh_b = pairs[k, 0], pairs[k, 1]
             copy_placement(placements_a, i, mesh_a, T_a)
             motion_a = motion_of(T_a)
@@ -156,12 +184,12 @@ def search(  # type: ignore[no-untyped-def]
                             beta = place_triangle(T_b, corners_b, ~node_b)
                         if not leaf(code, alpha, beta):
                             continue
+                    if hit == NO_PAIR:
+                        hit = k
                     if count < len(found):
                         found[count, 0], found[count, 1] = i, k
                         found[count, 2], found[count, 3] = ~node_a, ~node_b
                     count += 1
-                    if hits[i] == NO_PAIR:
-                        hits[i] = k
                     if task == FIRST:
                         break
                     continue
@@ -183,6 +211,16 @@ def search(  # type: ignore[no-untyped-def]
                         for slot in range(WIDTH):
                             stack[top, 0], stack[top, 1] = 8 * node_a + slot, b
                             top += (mask >> slot) & 1
-            if task == FIRST and hits[i] != NO_PAIR:
-                break
-    return count, examined, -1
+            if task == FIRST:
+                if hit != NO_PAIR:
+                    break
+            elif before < count <= len(found):
+                for row in range(before, count):
+                    found[row, 2] = order_a[found[row, 2]]
+                    found[row, 3] = order_b[found[row, 3]]
+                sort_pairs(found, before, count)
+        if len(hits) > 0:
+            hits[i] = hit
+        if len(touches) > 0:
+            touches[i] = hit != NO_PAIR
+    return count, examined, -1, hit

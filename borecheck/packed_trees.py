@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.bvh import MeshTree
-from borecheck.bvh_boxes import ROOT
+from borecheck.bvh_book import Book
+from borecheck.bvh_boxes import FRAME_COLUMNS, ROOT
 from borecheck.bvh_build import CHILD_ROW
 
 
@@ -19,6 +20,7 @@ class PackedTrees:
         order: Original triangle (of its own mesh) of every leaf, (m,).
         frames: Per tree its origin (3), largest coordinate and node 0, (k, 5).
         depth: Of the deepest tree.
+        book: Where these arrays lie, for kernels.
         trees: The trees as given.
     """
 
@@ -37,10 +39,11 @@ class PackedTrees:
         self.corners = corners[0] if single else np.concatenate([_NO_LEAVES, *corners])
         orders = [tree.order for tree in self.trees]
         self.order = np.concatenate([np.zeros(0, np.int64), *orders])
-        self.frames = np.zeros((len(self.trees), 5))
+        self.frames = np.zeros((len(self.trees), FRAME_COLUMNS))
         for row, tree, root in zip(self.frames, self.trees, roots, strict=True):
             row[:ROOT], row[ROOT] = tree.frames[0, :ROOT], root
         self.depth = max((tree.depth for tree in self.trees), default=0)
+        self.book = Book(self.nodes, self.corners, self.order, self.frames, self.depth)
 
     def __len__(self) -> int:
         return len(self.trees)

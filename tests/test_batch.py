@@ -1,5 +1,9 @@
 """A batch answers what single queries answer, pose by pose."""
 
+import copy
+import gc
+import pickle
+
 import numpy as np
 import pytest
 
@@ -213,3 +217,32 @@ def test_bad_placements_are_named(room):
         first_contacts(links, obstacles, placements, threads=0)
     with pytest.raises(GeometryError, match="relative_tolerance"):
         MovingLinks.against(links, obstacles).clearances(placements, -1.0)
+
+
+@pytest.mark.parametrize("narrowphase", NARROWPHASES)
+def test_one_pose_is_asked_as_many(room, narrowphase):
+    links, obstacles, placements, T_obstacles = room
+    scene = MovingLinks.against(links, obstacles, T_obstacles)
+    expected = scene.first_pairs(placements, narrowphase)
+    given = [scene.first_pair(pose, narrowphase) for pose in placements]
+    assert given == expected.tolist()
+    assert min(given) == -1 < max(given)
+    with pytest.raises(GeometryError, match=r"placements\[0, 1\]"):
+        scene.first_pair(placements[0] * np.array([1, np.nan, 1])[:, None, None])
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
+)
+def test_copies_answer_when_the_original_is_gone(room, copied):
+    links, obstacles, placements, T_obstacles = room
+    scene = MovingLinks.against(links, obstacles, T_obstacles)
+    expected = scene.first_pairs(placements)
+    twin = copied(scene)
+    del scene
+    gc.collect()
+    np.testing.assert_array_equal(twin.first_pairs(placements), expected)
+    lone, other = copied(links[1]), copied(obstacles[0])
+    np.testing.assert_array_equal(
+        lone.contacts(other, EYE, EYE), links[1].contacts(obstacles[0], EYE, EYE)
+    )
