@@ -86,11 +86,10 @@ def _inside(points, T_inner, T_outer, bounds, nodes, frame, depth, corners):  # 
     Points are given in the frame of the inner mesh; both placements are rigid up to
     what `check_transform` lets pass, so the way back is a true inverse.
     """
-    undo = np.linalg.inv(T_outer)
     at = np.zeros(3)
     for k in range(len(points)):
         x, y, z = place_point(T_inner, points[k, 0], points[k, 1], points[k, 2])
-        at[0], at[1], at[2] = place_point(undo, x, y, z)
+        at[0], at[1], at[2] = _taken_back(T_outer, x, y, z)
         if (at < bounds[0]).any() or (at > bounds[1]).any():
             continue
         leaves = along_ray(nodes, frame, depth, at)
@@ -101,6 +100,24 @@ def _inside(points, T_inner, T_outer, bounds, nodes, frame, depth, corners):  # 
         if winding != 0:
             return winding
     return 0
+
+
+@njit(**_KERNEL)
+def _taken_back(T, x, y, z):  # type: ignore[no-untyped-def]
+    """The point that T takes to (x, y, z), by Cramer's rule."""
+    d = (x - T[0, 3], y - T[1, 3], z - T[2, 3])
+    u, v, w = T[:3, 0], T[:3, 1], T[:3, 2]
+    size = _triple(u, v, w)
+    return _triple(d, v, w) / size, _triple(u, d, w) / size, _triple(u, v, d) / size
+
+
+@njit(**_KERNEL)
+def _triple(u, v, w):  # type: ignore[no-untyped-def]
+    return (
+        u[0] * (v[1] * w[2] - v[2] * w[1])
+        + u[1] * (v[2] * w[0] - v[0] * w[2])
+        + u[2] * (v[0] * w[1] - v[1] * w[0])
+    )
 
 
 @njit(**_KERNEL)
