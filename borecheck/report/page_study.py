@@ -168,6 +168,7 @@ def _as_table(value: Any) -> dict[str, Any] | None:
 
 
 def _from_records(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    records = [_flat(record) for record in records]
     columns = list(dict.fromkeys(name for record in records for name in record))
     columns = [c for c in columns if any(_is_cell(r.get(c)) for r in records)]
     rows = [
@@ -175,6 +176,18 @@ def _from_records(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     ]
     titles = [str(c).replace("_", " ") for c in columns]
     return {"columns": titles, "rows": rows, "levels": None}
+
+
+def _flat(record: Mapping[str, Any]) -> dict[str, Any]:
+    """The record with the small records in it as columns of their own."""
+    flat: dict[str, Any] = {}
+    for name, value in record.items():
+        if isinstance(value, Mapping) and _is_cell(value):
+            before = "" if name == "verdicts" else f"{name} "
+            flat |= {f"{before}{inner}": v for inner, v in value.items()}
+        else:
+            flat[name] = value
+    return flat
 
 
 def _is_record(value: Any) -> bool:
