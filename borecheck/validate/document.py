@@ -19,7 +19,11 @@ SINGLE = {
     "collision": ("origin", "geometry"),
     "inertial": ("origin", "mass", "inertia"),
 }
-REQUIRED = {"visual": ("geometry",), "collision": ("geometry",)}
+REQUIRED = {
+    "visual": ("geometry",),
+    "collision": ("geometry",),
+    "inertial": ("mass", "inertia"),
+}
 
 _LEFT_OVER = re.compile(r"\$\{[^}]*\}|\$\([^)]*\)")
 
