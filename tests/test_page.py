@@ -317,7 +317,7 @@ def test_thinned_surface_stays_near_and_small():
 
 
 def test_thinning_is_said():
-    vertices, triangles = grid(120)
+    vertices, triangles = grid(190)
     mesh = TriangleMesh("g", vertices, triangles)
     assert len(triangles) > display.MOST_TRIANGLES
     block = display.packed(mesh)

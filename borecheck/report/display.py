@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 Pose = dict[str, Any]
 
 # More triangles of one mesh than a screen can show apart.
-MOST_TRIANGLES = 24_000
+MOST_TRIANGLES = 70_000
 
 # Triangle pairs lit per pose; the tables of the result hold all of them.
 MOST_LIT = 300

@@ -39,17 +39,18 @@ def pictures_at(
     lit = _lit(display, motion, pose)
     spot = _spot(closest, lit, plan)
     middle = np.array([-0.25, 0.0, 0.05])
-    # away from the eye of each view, so that the section opens towards the reader
-    half = (np.array([0.0, -1.0, 0.0]), 0.0)
+    # The eye stands across from the robot's base, and the section opens towards it.
+    near = 1.0 if stage.robot_points(motion, pose)[:, 1].mean() < 0.0 else -1.0
+    half = (np.array([0.0, near, 0.0]), 0.0)
     shots = [
-        ("cut open", looking(middle, (0.8, 1.3, -0.65), OVERVIEW), half),
-        ("from the side", looking(middle, (0.0, 1.0, 0.0), OVERVIEW), half),
+        ("cut open", looking(middle, (0.8, -1.3 * near, -0.65), OVERVIEW), half),
+        ("from the side", looking(middle, (0.0, -near, 0.0), OVERVIEW), half),
         ("along the bore", looking(middle, (1.0, 0.0, 0.0), OVERVIEW), None),
     ]
     if spot is not None:
         cut = (np.array([-1.0, 0.0, 0.0]), -float(spot[0]) + 0.02)
-        near = looking(spot, (1.0, 0.25, -0.2), NEAR)
-        shots.insert(0, ("the narrowest place", near, cut))
+        close = looking(spot, (1.0, -0.25 * near, -0.2), NEAR)
+        shots.insert(0, ("the narrowest place", close, cut))
     made = []
     for name, camera, cut_by in shots:
         png = stage.picture(motion, pose, camera, cut_by)

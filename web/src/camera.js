@@ -4,10 +4,10 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 // Direction of looking; x runs along the bore, z up.
 const VIEWS = {
-  oblique: [0.75, 1.25, -0.6],
+  oblique: [0.8, -1.25, -0.55],
   front: [1, 0, -0.02],
   bore: [-1, 0, -0.02],
-  side: [0, 1, -0.02],
+  side: [0, -1, -0.02],
   top: [0.001, 0, -1],
 };
 
@@ -24,8 +24,10 @@ export class Eye {
   }
 
   // Looks along a named direction, so that a sphere fills the picture.
-  look(view, centre, radius, fly = true) {
+  // Views from aside come from the side `near` (1 or -1 on the y axis).
+  look(view, centre, radius, near, fly = true) {
     const direction = new THREE.Vector3(...(VIEWS[view] ?? VIEWS.oblique)).normalize();
+    direction.y *= near;
     this.lookAlong(direction, centre, radius, fly);
     this.home = { direction, centre: centre.clone(), radius };
   }

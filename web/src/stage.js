@@ -103,9 +103,9 @@ export class Stage {
     }
   }
 
-  setSection(axis, at, on) {
-    // What lies between the eye of the views and the plane goes: x and y below, z above.
-    const side = axis === "z" ? -1 : 1;
+  setSection(axis, at, on, near) {
+    // What lies between the eye of the named views and the plane goes.
+    const side = { x: 1, y: -near, z: -1 }[axis];
     this.plane.normal.set(Number(axis === "x"), Number(axis === "y"), Number(axis === "z"));
     this.plane.normal.multiplyScalar(side);
     this.plane.constant = on ? -side * at : 1e3;
@@ -162,7 +162,7 @@ export class Stage {
   addSegment(a, b, kind) {
     const colour = kind === "plan" ? PLAN : CLOSEST;
     const length = Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-    const radius = kind === "plan" ? 0.0012 : 0.0009;
+    const radius = kind === "plan" ? 0.0018 : 0.0015;
     const material = () => new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true });
     if (length > 0) {
       const rod = new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, length, 12), material());

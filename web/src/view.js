@@ -41,6 +41,9 @@ class View {
     linkPlots((motion, share) => this.showFraction(motion, share));
     this.told();
     this.show(this.worstMotion(), null);
+    // The eye stands across from the robot's base, so that it does not hide the bore.
+    const middle = this.stage.bounds(this.stage.robot).getCenter(new THREE.Vector3());
+    this.near = middle.y < 0 ? 1 : -1;
     this.setSection();
     this.overview("oblique", false);
   }
@@ -138,10 +141,25 @@ class View {
     this.closest = pose.closest && pose.closest.distance > 0 ? pose.closest : null;
     if (!byId("show-closest").checked) this.closest = null;
     if (this.closest) stage.addSegment(this.closest.points[0], this.closest.points[1], "closest");
-    byId("distance").textContent = this.closest ? `${(1e3 * this.closest.distance).toFixed(1)} mm` : "";
+    this.tag(pose, pairs);
     byId("instant").textContent = this.sentence(motion, pose);
     moveCursors(this.motion, motion.fractions?.[this.pose]);
     this.draw();
+  }
+
+  // The label in the picture: the distance at the closest points, or contact.
+  tag(pose, pairs) {
+    const label = byId("distance");
+    this.place = null;
+    if (this.closest) {
+      const [a, b] = this.closest.points.map((p) => new THREE.Vector3(...p));
+      this.place = a.lerp(b, 0.5);
+      label.textContent = `${(1e3 * this.closest.distance).toFixed(1)} mm`;
+    } else if (pairs && byId("show-contacts").checked) {
+      this.place = smaller(pairs, 0).getCenter(new THREE.Vector3());
+      label.textContent = this.dispute === null && pose.verdict ? "contact" : "disputed";
+    }
+    label.classList.toggle("hit", !this.closest);
   }
 
   sentence(motion, pose) {
@@ -189,14 +207,7 @@ class View {
 
   // To the smaller triangle of a pair: the larger one may span a whole housing.
   flyToTriangles(array, pair) {
-    const box = (start) => {
-      const b = new THREE.Box3();
-      for (let k = 0; k < 9; k += 3) b.expandByPoint(new THREE.Vector3().fromArray(array, start + k));
-      return b;
-    };
-    const boxes = [box(18 * pair), box(18 * pair + 9)];
-    const size = (b) => b.getSize(new THREE.Vector3()).length();
-    this.flyToBox(size(boxes[0]) < size(boxes[1]) ? boxes[0] : boxes[1]);
+    this.flyToBox(smaller(array, pair));
   }
 
   flyToBox(box) {
@@ -218,12 +229,17 @@ class View {
     // The robot and what is near it; a scanner's housing may run out of the picture.
     const centre = this.stage.bounds(this.stage.robot).getCenter(new THREE.Vector3()).multiplyScalar(0.5);
     centre.z = 0.05;
-    this.eye.look(name, centre, name === "bore" ? 0.75 : 1.3, fly);
+    if (name === "bore") centre.set(0, 0, 0);
+    // From these sides a section along the bore would hide half of it.
+    byId("cut").checked = name === "oblique" || name === "side";
+    if (byId("cut").checked) byId("cut-axis").value = "y";
+    this.setSection();
+    this.eye.look(name, centre, name === "bore" ? 0.75 : 1.2, this.near, fly);
   }
 
   setSection() {
     const axis = byId("cut-axis").value;
-    this.stage.setSection(axis, Number(byId("cut-at").value), byId("cut").checked);
+    this.stage.setSection(axis, Number(byId("cut-at").value), byId("cut").checked, this.near);
     this.draw();
   }
 
@@ -276,13 +292,24 @@ class View {
 
   placeLabel() {
     const label = byId("distance");
-    label.hidden = !this.closest;
-    if (!this.closest) return;
-    const [a, b] = this.closest.points.map((p) => new THREE.Vector3(...p));
-    const at = a.lerp(b, 0.5).project(this.eye.camera);
+    label.hidden = !this.place;
+    if (!this.place) return;
+    const at = this.place.clone().project(this.eye.camera);
     const x = (at.x / 2 + 0.5) * this.holder.clientWidth;
     const y = (0.5 - at.y / 2) * this.holder.clientHeight;
     label.style.transform = `translate(${Math.round(x + 12)}px, ${Math.round(y - 12)}px)`;
     label.hidden = at.z > 1 || x < 0 || y < 0 || x > this.holder.clientWidth - 60 || y > this.holder.clientHeight;
   }
+}
+
+// Box of the smaller triangle of a pair, in an array of 18 numbers a pair.
+function smaller(array, pair) {
+  const box = (start) => {
+    const b = new THREE.Box3();
+    for (let k = 0; k < 9; k += 3) b.expandByPoint(new THREE.Vector3().fromArray(array, start + k));
+    return b;
+  };
+  const boxes = [box(18 * pair), box(18 * pair + 9)];
+  const size = (b) => b.getSize(new THREE.Vector3()).length();
+  return size(boxes[0]) < size(boxes[1]) ? boxes[0] : boxes[1];
 }
