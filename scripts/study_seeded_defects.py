@@ -190,7 +190,7 @@ EXPECTED = {
     "mesh_crosses_itself": "G521",
     "collision_missing": "G522",
     "collision_elsewhere": "G524 G523",
-    "collision_much_too_small": "G523",
+    "collision_much_too_small": "G523 G524",
     "shape_size_negative": "G525",
     "shape_size_zero": "G525",
     "shape_size_missing": "D119",
