@@ -117,6 +117,7 @@ class RobotDescription(Description):
         home: Joint positions [m] or [rad] by URDF joint, clear of its own scanner.
         scanner: The scanner it is drawn for.
         needle_link: The link that may enter the patient along a plan's corridor.
+        needle_radius: Half the needle's thickness, [m]: the corridor is so wide.
         tool_frame: The frame at the needle tip, z along the needle.
         base_frame: The frame that coincides with the scanner's frame.
         allowed_contacts: Pairs of links that may touch, with the reason.
@@ -134,6 +135,7 @@ class RobotDescription(Description):
     home: Mapping[str, float] = field(default_factory=dict)
     scanner: str | None = None
     needle_link: str | None = None
+    needle_radius: float = 0.0
     tool_frame: str | None = None
     base_frame: str | None = None
     allowed_contacts: tuple[tuple[str, str, str], ...] = ()

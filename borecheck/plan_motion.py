@@ -23,8 +23,6 @@ STANDOFF = 0.05
 # every so many metres, so that the tip stays within micrometres of the line.
 STEP = 0.002
 
-NEEDLE_RADIUS = 0.00055  # [Matsuno2020] section 4.3: diameter about 1.1 mm
-
 
 class UnreachableError(BorecheckError):
     """No configuration within the limits reaches the plan; names the broken limit."""
@@ -77,7 +75,7 @@ def plan_motion(
     solver = _Solver(robot, description, plan, direction)
     for distance, insertion in stations:
         solver.add(entry + distance * direction, insertion)
-    corridor = Corridor(entry, target, NEEDLE_RADIUS)
+    corridor = Corridor(entry, target, description.needle_radius)
     return PlanMotion(plan, np.array(solver.waypoints), corridor)
 
 

@@ -53,6 +53,7 @@ DESCRIPTION = RobotDescription(
     },
     scanner="mri_open_magnet",
     needle_link="needle",
+    needle_radius=1.05e-3,  # a 14 G biopsy needle is 2.1 mm thick, assumed
     tool_frame="E",
     base_frame="I",
     allowed_contacts=(),

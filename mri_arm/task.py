@@ -20,6 +20,7 @@ from borecheck.errors import UsageError
 from borecheck.path_check import check_motion
 from borecheck.robot import Robot
 from borecheck.scene import Scene
+from mri_arm.description import DESCRIPTION
 from mri_arm.kinematics import inverse, jacobian
 
 Array = NDArray[np.float64]
@@ -37,8 +38,6 @@ SAMPLES = 60  # of a stretch, to find the fastest moment
 
 # A smooth start and stop: position 10 s^3 - 15 s^4 + 6 s^5, whose rate peaks at 15/8.
 PEAK = 15.0 / 8.0
-
-NEEDLE_RADIUS = 1.05e-3  # as drawn, mri_arm/meshes.py
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,7 +261,7 @@ def _insertion(
     end = start.copy()
     end[-1] = STANDOFF + float(np.linalg.norm(target - entry))
     waypoints = np.array([start, end])
-    corridor = Corridor(entry, target, NEEDLE_RADIUS)
+    corridor = Corridor(entry, target, DESCRIPTION.needle_radius)
     found = check_motion(robot, scene, waypoints, settings(), corridor=corridor)
     seconds = durations(robot, waypoints)
     return Step("insertion", waypoints, seconds, found.verdict, found.reason)

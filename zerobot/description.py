@@ -56,6 +56,7 @@ DESCRIPTION = RobotDescription(
     home={"q1": 0.03, "q2": 0.0, "q3": 0.0, "q4": 0.0, "q5": 0.0, "q6": 0.0},
     scanner="ct_gantry",
     needle_link="needle",
+    needle_radius=0.00055,  # [Matsuno2020] section 4.3: diameter about 1.1 mm
     tool_frame="E",
     base_frame="W",
     allowed_contacts=(

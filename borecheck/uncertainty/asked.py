@@ -13,7 +13,6 @@ import numpy as np
 
 from borecheck.corridor import Corridor
 from borecheck.errors import UsageError
-from borecheck.plan_motion import NEEDLE_RADIUS
 from borecheck.robot import Robot
 from borecheck.scene import Scene
 from borecheck.uncertainty.contact_probability import (
@@ -84,7 +83,8 @@ def _probability(
     corridor = None
     if "entry" in block:
         entry, target = np.array(block["entry"]), np.array(block["target"])
-        corridor = Corridor(entry, target, NEEDLE_RADIUS)
+        radius = robot.description.needle_radius if robot.description else 0.0
+        corridor = Corridor(entry, target, radius)
     return contact_probability(
         robot,
         scene,
