@@ -4,6 +4,7 @@ The placements come from the compiled chain, which agrees with Pinocchio to roun
 (tests hold it to 1e-12); a verdict with reasons for one pose is `contact_check`.
 """
 
+from collections import deque
 from functools import lru_cache
 
 import numpy as np
@@ -16,6 +17,7 @@ from borecheck.pair_search import Surface, surface
 from borecheck.robot import Robot
 from borecheck.scene import Scene
 from borecheck.solid import winding_number
+from borecheck.urdf_tree import UrdfTree
 
 Array = NDArray[np.float64]
 
@@ -125,21 +127,30 @@ def prepared(robot: Robot, scene: Scene) -> PoseBatch:
     return PoseBatch(robot, scene)
 
 
+def breadth_first(tree: UrdfTree) -> tuple[list[int], dict[str, int]]:
+    """Joints from the root outwards, as rows of `tree.joints`; frames of all links.
+
+    Frame 0 is the root, and the child of the k-th joint in this order has frame k + 1.
+    """
+    below: dict[str, list[int]] = {}
+    for index, joint in enumerate(tree.joints):
+        below.setdefault(joint.parent, []).append(index)
+    order: list[int] = []
+    frame_of = {tree.root.name: 0}
+    waiting = deque([tree.root.name])
+    while waiting:
+        for index in below.get(waiting.popleft(), ()):
+            child = tree.joints[index].child
+            order.append(index)
+            frame_of[child] = len(order)
+            waiting.append(child)
+    return order, frame_of
+
+
 def compiled_chain(robot: Robot) -> tuple[Chain, dict[str, int]]:
     """The compiled chain of a robot, and the frame of every link."""
     model = robot.model
-    below: dict[str, list[int]] = {}
-    for index, joint in enumerate(model.tree.joints):
-        below.setdefault(joint.parent, []).append(index)
-    frame_of = {model.tree.root.name: 0}
-    waiting = [model.tree.root.name]
-    order: list[int] = []
-    while waiting:
-        for index in below.get(waiting.pop(0), ()):
-            child = model.tree.joints[index].child
-            frame_of[child] = len(frame_of)
-            order.append(index)
-            waiting.append(child)
+    order, frame_of = breadth_first(model.tree)
     joints = [model.tree.joints[index] for index in order]
     kinds = {"fixed": FIXED, "prismatic": PRISMATIC}
     drivers = [model.driver(joint.name, joint.type) for joint in joints]

@@ -5,8 +5,9 @@ import pytest
 
 import borecheck as bc
 from borecheck.errors import JointLimitError, UsageError
-from borecheck.many_poses import prepared
+from borecheck.many_poses import breadth_first, prepared
 from borecheck.mesh import TriangleMesh
+from borecheck.path_check import chain_of
 from borecheck.primitives import box
 from borecheck.scene import Obstacle, Scene
 
@@ -73,3 +74,13 @@ def test_refusals(zerobot, ct_gantry):
         bc.first_contacts(zerobot, ct_gantry, [0.0] * 6)
     with pytest.raises(UsageError):
         bc.first_contacts(zerobot, ct_gantry, [[np.nan] * 6])
+
+
+def test_breadth_first_order_is_that_of_the_certified_search(zerobot):
+    order, frame_of = breadth_first(zerobot.model.tree)
+    joints = zerobot.model.tree.joints
+    assert sorted(order) == list(range(len(joints)))
+    for k, index in enumerate(order):
+        assert frame_of[joints[index].child] == k + 1
+        assert frame_of[joints[index].parent] <= k
+    assert frame_of == chain_of(zerobot)[0]
