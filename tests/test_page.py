@@ -226,6 +226,23 @@ def test_replay_line_asks_the_same_pose_again(made, capsys):
     assert len(pairs[0]) > 0
 
 
+def test_a_replayed_result_has_a_page(made, tmp_path, capsys):
+    made("compare", "--q", "j=20deg")
+    target = tmp_path / "replayed.html"
+    stored = tmp_path / "result.json"
+    words = ["compare", str(ROBOT), str(ROBOT), "--replay", str(stored)]
+    assert main([*words, "--report", str(target)]) == 0
+    capsys.readouterr()
+    assert "Every disagreement has a known cause" in body(target.read_text())
+
+
+def test_a_result_without_names_has_a_page(made):
+    document = made("compare", "--q", "j=20deg")
+    document["robot"] = document["scene"] = {"warnings": []}
+    del document["display"]
+    assert "Checkers" in body(page(document))
+
+
 def test_replay_line_drops_what_chose_poses_and_places():
     argv = "borecheck compare a b --random 5 --seed=3 --level middle --out x.json"
     line = page_compare.replay_line(argv.split(), {"j": 0.5})

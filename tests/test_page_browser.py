@@ -353,6 +353,16 @@ def test_without_scripts_verdict_tables_and_pictures_are_there(browser, folder):
     found.context.close()
 
 
+def test_without_webgl_the_pictures_stand_in(browser, folder):
+    flags = ["--no-sandbox", "--disable-background-networking", "--disable-3d-apis"]
+    bare = browser.browser_type.launch(executable_path=CHROMIUM, args=flags)
+    found = Opened(bare, folder / "check.html")
+    found.until("document.documentElement.classList.contains('no-gl')")
+    assert "No 3-D view" in found.page.locator("#view-note").inner_text()
+    assert found.page.locator(".still:visible").count() >= 3
+    bare.close()
+
+
 def test_phone_does_not_scroll_sideways(browser, folder):
     size = {"width": 390, "height": 800}
     found = Opened(browser, folder / "check.html", viewport=size, is_mobile=True)

@@ -248,7 +248,7 @@ class View {
     if (this.pose >= poses.length - 1) this.show(this.motion, 0);
     byId("play").textContent = "Pause";
     byId("play").setAttribute("aria-pressed", "true");
-    const wait = Math.max(40, 4000 / poses.length);
+    const wait = Math.min(300, Math.max(40, 4000 / poses.length));
     this.playing = setInterval(() => {
       if (this.pose >= poses.length - 1) this.stop();
       else this.show(this.motion, this.pose + 1);
