@@ -21,18 +21,20 @@ if TYPE_CHECKING:
     from borecheck.path_check import check_path as check_path
     from borecheck.robot import load_robot as load_robot
     from borecheck.scene import load_scene as load_scene
+    from borecheck.validation.run import validate_file as validate  # noqa: F401
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "BorecheckError": "borecheck.errors",
-    "MeshTree": "borecheck.bvh",
-    "check": "borecheck.contact_check",
-    "check_path": "borecheck.path_check",
-    "compare": "borecheck.comparison",
-    "first_contacts": "borecheck.many_poses",
-    "load_robot": "borecheck.robot",
-    "load_scene": "borecheck.scene",
+    "BorecheckError": "borecheck.errors:BorecheckError",
+    "MeshTree": "borecheck.bvh:MeshTree",
+    "check": "borecheck.contact_check:check",
+    "check_path": "borecheck.path_check:check_path",
+    "compare": "borecheck.comparison:compare",
+    "first_contacts": "borecheck.many_poses:first_contacts",
+    "load_robot": "borecheck.robot:load_robot",
+    "load_scene": "borecheck.scene:load_scene",
+    "validate": "borecheck.validation.run:validate_file",
 }
 
 __all__ = sorted(_HOMES)
@@ -41,7 +43,8 @@ __all__ = sorted(_HOMES)
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'borecheck' has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name]), name)
+    module, _, attribute = _HOMES[name].partition(":")
+    value = getattr(import_module(module), attribute)
     globals()[name] = value
     return value
 

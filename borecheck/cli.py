@@ -17,8 +17,8 @@ from borecheck.errors import BorecheckError
 
 COMMANDS = {
     "robots": ("borecheck.commands.robots", "robots and scanners installed"),
-    "validate": ("borecheck.validate.command", "is a URDF or xacro file sound?"),
-    "explain": ("borecheck.validate.explain_command", "what a finding's code means"),
+    "validate": ("borecheck.validation.command", "is a URDF or xacro file sound?"),
+    "explain": ("borecheck.validation.explain_command", "what a finding's code means"),
     "fk": ("borecheck.commands.fk", "kinematics three ways: do they agree?"),
     "check": ("borecheck.commands.check", "will the robot touch anything?"),
     "compare": ("borecheck.commands.compare", "where do contact checkers differ, why?"),

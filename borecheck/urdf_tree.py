@@ -2,7 +2,7 @@
 
 `parse` is strict: a robot that cannot be built, or that parsers would build
 differently, is refused with one line. Listing everything that is wrong with a file is
-the work of `borecheck.validate`, which reads the same source leniently.
+the work of `borecheck.validation`, which reads the same source leniently.
 """
 
 from collections import Counter

@@ -21,7 +21,7 @@ WORDS = (
 
 def check(data: bytes) -> None:
     """One input: whatever it is, findings come back and nothing is raised."""
-    from borecheck.validate import Options, validate_text
+    from borecheck.validation import Options, validate_text
 
     options = Options(run=False, profile="dynamics", frames=("tool",))
     for finding in validate_text(data, "fuzz.urdf", options):
@@ -92,7 +92,7 @@ def main() -> None:
     import atheris
 
     with atheris.instrument_imports(include=["borecheck"]):
-        import borecheck.validate  # noqa: F401
+        import borecheck.validation  # noqa: F401
     seeds = seed_files()
 
     def mutate(data: bytes, size: int, seed: int) -> bytes:

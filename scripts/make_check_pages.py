@@ -7,7 +7,7 @@ scripts/make_check_pages.py --check   only says whether they are up to date (exi
 import sys
 from pathlib import Path
 
-from borecheck.validate.registry import TIERS, Check, all_checks
+from borecheck.validation.registry import TIERS, Check, all_checks
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "checks"
 

@@ -330,7 +330,7 @@ def judge(folder, per_kind):
 
 def marks_of(path, asked):
     """Codes and elements of what is found, and the codes of errors."""
-    from borecheck.validate import validate_file
+    from borecheck.validation import validate_file
 
     found = validate_file(path, configured=False, self_intersection=asked, **OPTIONS)
     marks = [[f.code, f.element] for f in found if f.severity != "info"]

@@ -3,8 +3,8 @@
 import tomllib
 from pathlib import Path
 
-from borecheck.validate import Finding, validate_file
-from borecheck.validate.options import Loop, RemoteCentre, ToolAxis
+from borecheck.validation import Finding, validate_file
+from borecheck.validation.options import Loop, RemoteCentre, ToolAxis
 
 FOLDER = Path(__file__).parent / "data" / "urdf"
 # Checks that need other libraries are run only where a case asks for it.

@@ -135,7 +135,7 @@ def test_finished_files_are_not_done_again(validate, tmp_path, monkeypatch):
     def never(*_):
         raise AssertionError("checked again")
 
-    monkeypatch.setattr("borecheck.validate.command.check_one", never)
+    monkeypatch.setattr("borecheck.validation.command.check_one", never)
     again = validate(ZERO, LONG, "--resume", kept, "--format", "json")[1]
     assert json.loads(again)["files"] == json.loads(first)["files"]
 
@@ -163,7 +163,7 @@ def test_fix_leaves_a_prismatic_axis_alone(validate, tmp_path):
 
 def test_fix_turns_an_inverted_mesh_into_a_new_file(validate, tmp_path):
     from borecheck.mesh_file import read_mesh
-    from borecheck.validate.mesh_facts import facts_of
+    from borecheck.validation.mesh_facts import facts_of
 
     bad = corpus.FOLDER / "G519-mesh-inverted" / "inverted.bad.urdf"
     shutil.copytree(corpus.FOLDER / "meshes", tmp_path / "meshes")
@@ -248,8 +248,8 @@ def test_sixty_links_are_checked_quickly(tmp_path):
         '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
         for i in range(59)
     )
-    from borecheck.validate import validate_text
-    from borecheck.validate.options import Options
+    from borecheck.validation import validate_text
+    from borecheck.validation.options import Options
 
     text = f'<robot name="long">{links}{joints}</robot>'
     validate_text(text, options=Options(run=False))

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from borecheck.validate import validate_file
-from borecheck.validate.registry import all_checks
+from borecheck.validation import validate_file
+from borecheck.validation.registry import all_checks
 
 sys.path.insert(0, str(Path(__file__).parent))
 import corpus

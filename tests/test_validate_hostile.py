@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from borecheck.validate import Options, validate_file, validate_text
+from borecheck.validation import Options, validate_file, validate_text
 
 SCRIPT = Path(__file__).parents[1] / "scripts" / "fuzz_validate.py"
 LINK = '<link name="l"><collision><geometry>{}</geometry></collision></link>'
@@ -114,7 +114,7 @@ def test_a_huge_flat_robot_ends(tmp_path):
 
 
 def test_a_library_that_dies_is_a_finding(monkeypatch):
-    from borecheck.validate import running
+    from borecheck.validation import running
 
     monkeypatch.setattr(running, "_MODULE", "borecheck.no_such_module")
     found = validate_text('<robot name="r"><link name="l"/></robot>')

@@ -9,12 +9,12 @@ from xml.etree import ElementTree
 import jsonschema
 import pytest
 
-from borecheck.validate import Finding, Severity, validate_file
-from borecheck.validate.as_json import as_json
-from borecheck.validate.as_junit import as_junit
-from borecheck.validate.as_markdown import as_markdown
-from borecheck.validate.as_sarif import as_sarif
-from borecheck.validate.as_text import as_text, wants_colour
+from borecheck.validation import Finding, Severity, validate_file
+from borecheck.validation.as_json import as_json
+from borecheck.validation.as_junit import as_junit
+from borecheck.validation.as_markdown import as_markdown
+from borecheck.validation.as_sarif import as_sarif
+from borecheck.validation.as_text import as_text, wants_colour
 
 sys.path.insert(0, str(Path(__file__).parent))
 import corpus

@@ -1,0 +1,59 @@
+"""Findings as JUnit XML, for build servers: a test case per file and finding."""
+
+import re
+from collections.abc import Sequence
+from xml.sax.saxutils import escape, quoteattr
+
+from borecheck.validation.findings import Finding, Severity
+
+_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def as_junit(
+    results: Sequence[tuple[str, Sequence[Finding]]], fail_on: Severity | None
+) -> str:
+    """The whole result as JUnit text.
+
+    Args:
+        results: (file, findings) for each file.
+        fail_on: Findings from this severity on are failures; None: none is.
+    """
+    suites = [_suite(file, findings, fail_on) for file, findings in results]
+    body = "".join(suites)
+    return (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n{body}</testsuites>\n'
+    )
+
+
+def _suite(file: str, findings: Sequence[Finding], fail_on: Severity | None) -> str:
+    failures = sum(_fails(finding, fail_on) for finding in findings)
+    cases = "".join(_case(finding, fail_on) for finding in findings)
+    if not findings:
+        cases = f'    <testcase classname={_attribute(file)} name="sound"/>\n'
+    tests = _attribute(max(1, len(findings)))
+    head = (
+        f"  <testsuite name={_attribute(file)} tests={tests}"
+        f' failures={_attribute(failures)} errors="0" skipped="0">\n'
+    )
+    return f"{head}{cases}  </testsuite>\n"
+
+
+def _case(finding: Finding, fail_on: Severity | None) -> str:
+    name = f"{finding.code} {finding.element} line {finding.line}"
+    head = f"    <testcase classname={_attribute(finding.file)} name={_attribute(name)}"
+    text = f"{finding.file}:{finding.line}: {finding.severity}: {finding.message}"
+    told = _FORBIDDEN.sub("?", escape(f"{text}\n{finding.why}\n{finding.hint}"))
+    if not _fails(finding, fail_on):
+        return f"{head}>\n      <system-out>{told}</system-out>\n    </testcase>\n"
+    message = _attribute(finding.message)
+    kind = _attribute(str(finding.severity))
+    failure = f"      <failure message={message} type={kind}>{told}</failure>\n"
+    return f"{head}>\n{failure}    </testcase>\n"
+
+
+def _fails(finding: Finding, fail_on: Severity | None) -> bool:
+    return fail_on is not None and finding.severity.rank >= fail_on.rank
+
+
+def _attribute(value: object) -> str:
+    return quoteattr(_FORBIDDEN.sub("?", str(value)))

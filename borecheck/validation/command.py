@@ -1,0 +1,270 @@
+"""`borecheck validate`: options, work, output, exit status."""
+
+import argparse
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from borecheck.errors import UsageError
+from borecheck.validation import baseline, many
+from borecheck.validation.as_text import as_text, wants_colour
+from borecheck.validation.config import (
+    Settings,
+    find_settings,
+    options_with,
+    read_settings,
+)
+from borecheck.validation.findings import Finding, Severity
+from borecheck.validation.options import PROFILES
+from borecheck.validation.registry import all_checks
+from borecheck.validation.run import check_file, validate_text
+
+CLEAN, FINDINGS, COULD_NOT_RUN = 0, 1, 2
+FORMATS = ("text", "json", "sarif", "junit", "markdown", "html")
+FAIL_ON = ("error", "warning", "info", "never")
+
+Results = Sequence[tuple[str, Sequence[Finding]]]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `borecheck validate`."""
+    add = parser.add_argument
+    add("files", nargs="*", metavar="FILE", help="URDF or xacro, folder, pattern, or -")
+    add("--arg", action="append", metavar="NAME=VALUE", help="xacro argument")
+    add("--package-path", action="append", metavar="DIR", help="root for package://")
+    add("--profile", choices=PROFILES, help="what the robot is for (collision)")
+    add("--select", action="append", metavar="CODES", help="report only these")
+    add("--ignore", action="append", metavar="CODES", help="leave these out")
+    add("--fail-on", choices=FAIL_ON, help="exit 1 from this severity on (error)")
+    add("--format", choices=FORMATS, default="text", help="of the result (text)")
+    add("--out", metavar="FILE", type=Path, help="write the result here")
+    add("--report", metavar="FILE", type=Path, help="write an HTML page as well")
+    add("--brief", action="store_true", help="one line per finding")
+    _add_depth(parser)
+    _add_expectations(parser)
+    _add_work(parser)
+
+
+def _add_depth(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("how deep").add_argument
+    add("--no-meshes", action="store_true", help="read no mesh file, run no library")
+    add(
+        "--no-run", action="store_true", help="do not move the robot in other libraries"
+    )
+    add("--containment", action="store_true", help="an open collision mesh is an error")
+    add("--self-intersection", action="store_true", help="search meshes for crossings")
+    add("--self-contact", type=int, metavar="N", help="sample N configurations")
+    add("--samples", type=int, metavar="N", help="configurations compared (20)")
+    add("--seed", type=int, metavar="K", help="of random configurations (0)")
+
+
+def _add_expectations(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("what must be there").add_argument
+    add("--frame", action="append", metavar="NAME", help="a link that must exist")
+    add("--link", action="append", metavar="NAME", help="must have collision geometry")
+    add("--srdf", type=Path, metavar="FILE", help="check the names in this SRDF")
+    add("--config", type=Path, metavar="FILE", help="instead of the nearest one")
+    add("--baseline", type=Path, metavar="FILE", help="report only what is new")
+    add("--write-baseline", type=Path, metavar="FILE", help="keep what is found")
+
+
+def _add_work(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("work").add_argument
+    add("--jobs", type=int, metavar="N", help="processes (one per core)")
+    add("--resume", type=Path, metavar="FILE", help="keep finished results here")
+    add("--fix", action="store_true", help="show what needs no guessing, as a diff")
+    add("--write", action="store_true", help="with --fix: change the files")
+    add("--list-checks", action="store_true", help="list all checks and stop")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs `borecheck validate`; returns the exit status."""
+    if args.list_checks:
+        sys.stdout.write(_listed(args.profile or "collision") + "\n")
+        return CLEAN
+    if not args.files:
+        raise UsageError("no file given; name URDF or xacro files, folders or -")
+    files, given = many.expand_files(args.files), _given(args)
+    if args.fix:
+        from borecheck.validation.fix import fix_files
+
+        options = options_with(settings_of(files[0], args.config), given)
+        return fix_files(files, write=args.write, options=options)
+    general = settings_of("-", args.config)
+    args.baseline = args.baseline or _path(general.values.get("baseline"))
+    results = _results(args, files, given)
+    _write(args, results, options_with(general, given).profile)
+    return _status(results, _fail_on(args, general))
+
+
+def _path(text: str | None) -> Path | None:
+    return None if text is None else Path(text)
+
+
+def _given(args: argparse.Namespace) -> dict[str, Any]:
+    """What the command line says, as fields of `Options`; None where it is silent."""
+    return {
+        "profile": args.profile,
+        "arguments": _pairs(args.arg or []),
+        "package_paths": args.package_path,
+        "select": None if args.select is None else codes_of(args.select),
+        "ignore": None if args.ignore is None else codes_of(args.ignore),
+        "meshes": False if args.no_meshes else None,
+        "run": False if args.no_run or args.no_meshes else None,
+        "containment": args.containment or None,
+        "self_intersection": args.self_intersection or None,
+        "self_contact": args.self_contact,
+        "samples": args.samples,
+        "seed": args.seed,
+        "frames": args.frame,
+        "links": args.link,
+        "srdf": args.srdf,
+    }
+
+
+def _pairs(words: Sequence[str]) -> dict[str, str]:
+    pairs = {}
+    for word in words:
+        name, mark, value = word.partition("=")
+        if not mark or not name:
+            raise UsageError(f"--arg {word!r} is not NAME=VALUE")
+        pairs[name] = value
+    return pairs
+
+
+def codes_of(words: Sequence[str]) -> tuple[str, ...]:
+    """Codes, beginnings of codes or names, separated by commas."""
+    by_name = {check.name: check.code for check in all_checks()}
+    codes = [part.strip() for word in words for part in word.split(",") if part.strip()]
+    known = [check.code for check in all_checks()]
+    found = []
+    for code in codes:
+        chosen = by_name.get(code.lower(), code.upper())
+        if not any(name.startswith(chosen) for name in known):
+            raise UsageError(
+                f"{code!r} is no check; see borecheck validate --list-checks"
+            )
+        found.append(chosen)
+    return tuple(found)
+
+
+def _results(
+    args: argparse.Namespace, files: list[str], given: dict[str, Any]
+) -> list[tuple[str, list[Finding]]]:
+    show = len(files) > 20 or (len(files) > 3 and sys.stderr.isatty())
+    results = many.check_many(
+        files,
+        partial(check_one, given=given, config=args.config),
+        jobs=args.jobs or os.cpu_count() or 1,
+        resume=args.resume,
+        key=many.key_of(given, args.config),
+        progress=sys.stderr if show else None,
+    )
+    if args.write_baseline:
+        every = [finding for _, found in results for finding in found]
+        baseline.write_baseline(args.write_baseline, every)
+    if args.baseline:
+        known = baseline.read_baseline(args.baseline)
+        results = [(f, baseline.new_findings(found, known)) for f, found in results]
+    return results
+
+
+def settings_of(file: str, config: Path | None) -> Settings:
+    """The named settings, or those nearest to a file."""
+    if config is not None:
+        return read_settings(config)
+    return find_settings(Path.cwd() if file == "-" else Path(file).absolute().parent)
+
+
+def check_one(
+    file: str, given: Mapping[str, Any], config: Path | None
+) -> list[Finding]:
+    """The findings of one file; "-" is the standard input."""
+    settings = settings_of(file, config)
+    options = options_with(settings, given)
+    if file == "-":
+        found = validate_text(sys.stdin.buffer.read(), "<stdin>", options)
+    else:
+        found = check_file(Path(file), options)
+    return many.without_ignored(found, file, settings.per_file_ignore.items())
+
+
+def _write(args: argparse.Namespace, results: Results, profile: str) -> None:
+    to_screen = args.out is None
+    colour = to_screen and wants_colour(sys.stdout)
+    text = render(args.format, results, profile, args, colour)
+    if to_screen:
+        sys.stdout.write(text)
+    else:
+        args.out.write_text(text, encoding="utf-8")
+    if args.report is not None:
+        page = render("html", results, profile, args, False)
+        args.report.write_text(page, encoding="utf-8")
+
+
+def render(
+    form: str,
+    results: Results,
+    profile: str,
+    args: argparse.Namespace,
+    colour: bool,
+) -> str:
+    """The results in one of FORMATS."""
+    if form == "text":
+        full = not args.brief
+        return as_text(results, colour=colour, explain=full, source=full)
+    if form == "sarif":
+        from borecheck.validation.as_sarif import as_sarif
+
+        return as_sarif(results, profile)
+    if form == "junit":
+        from borecheck.validation.as_junit import as_junit
+
+        return as_junit(results, _threshold(args.fail_on or "error"))
+    if form == "markdown":
+        from borecheck.validation.as_markdown import as_markdown
+
+        return as_markdown(results)
+    from borecheck.validation.as_json import as_json, to_document
+
+    extra = {"argv": ["borecheck", *getattr(args, "argv", [])]}
+    if form == "json":
+        return as_json(results, profile, extra)
+    from importlib import import_module
+
+    excerpts = import_module("borecheck.report.excerpts")
+    document = excerpts.with_excerpts(to_document(results, profile, extra))
+    return str(import_module("borecheck.report.page").page(document))
+
+
+def _threshold(word: str) -> Severity | None:
+    return None if word == "never" else Severity(word)
+
+
+def _fail_on(args: argparse.Namespace, settings: Settings) -> Severity | None:
+    word = args.fail_on or settings.values.get("fail-on", "error")
+    if word not in FAIL_ON:
+        raise UsageError(f"fail-on {word!r} is none of {', '.join(FAIL_ON)}")
+    return _threshold(word)
+
+
+def _status(results: Results, fail_on: Severity | None) -> int:
+    found = [finding for _, findings in results for finding in findings]
+    if any(finding.code == "D101" for finding in found):
+        return COULD_NOT_RUN
+    if fail_on is not None and any(f.severity.rank >= fail_on.rank for f in found):
+        return FINDINGS
+    return CLEAN
+
+
+def _listed(profile: str) -> str:
+    lines = [f"{'code':5} {'tier':10} {profile:10} {'name':28} what is wrong"]
+    for check in all_checks():
+        level = str(check.levels[profile])
+        lines.append(
+            f"{check.code:5} {check.tier:10} {level:10} {check.name:28} {check.title}"
+        )
+    return "\n".join(lines)

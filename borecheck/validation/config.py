@@ -1,0 +1,158 @@
+"""Settings from `borecheck.toml` ([validate]) or `pyproject.toml` ([tool.borecheck]).
+
+Keys are the long options (`package-path = ["."]`, `fail-on = "warning"`), and tables
+for what is too long for a command line: `remote-centre`, `tool-axis`, `loop` and
+`per-file-ignore`.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from borecheck.errors import InputError, UnknownNameError
+from borecheck.validation.options import Loop, Options, RemoteCentre, ToolAxis
+
+FILES = ("borecheck.toml", "pyproject.toml")
+
+_TABLES: dict[str, type] = {
+    "remote-centre": RemoteCentre,
+    "tool-axis": ToolAxis,
+    "loop": Loop,
+}
+_LISTS = ("select", "ignore", "package-path", "frame", "link")
+_WORDS = ("profile", "fail-on", "srdf", "baseline")
+_SWITCHES = ("meshes", "run", "containment", "self-intersection")
+_NUMBERS = ("samples", "seed", "self-contact")
+_FIELDS = {
+    **{"profile": "profile", "select": "select", "ignore": "ignore", "srdf": "srdf"},
+    **{"meshes": "meshes", "run": "run", "containment": "containment"},
+    **{"self-intersection": "self_intersection", "self-contact": "self_contact"},
+    **{"samples": "samples", "seed": "seed", "frame": "frames", "link": "links"},
+}
+_DECLARED = {
+    "remote-centre": "remote_centres",
+    "tool-axis": "tool_axes",
+    "loop": "loops",
+}
+KEYS = (*_TABLES, *_LISTS, *_WORDS, *_SWITCHES, *_NUMBERS, "per-file-ignore", "arg")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a configuration file says; empty without one.
+
+    Attributes:
+        values: Plain settings by key.
+        declared: Declared remote centres, tool axes and loops by key.
+        per_file_ignore: Codes to leave out by file pattern.
+        file: Where it stands.
+    """
+
+    values: Mapping[str, Any] = field(default_factory=dict)
+    declared: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    per_file_ignore: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    file: Path | None = None
+
+
+def find_settings(start: Path) -> Settings:
+    """The settings of the nearest configuration file at or above a folder."""
+    for folder in (start, *start.parents):
+        for name in FILES:
+            path = folder / name
+            if path.is_file():
+                settings = read_settings(path)
+                if settings.file is not None:
+                    return settings
+    return Settings()
+
+
+def read_settings(path: Path) -> Settings:
+    """The settings in one file; `file` is None if it holds none for validate.
+
+    Raises:
+        InputError: Not TOML, an unknown key, a wrong type.
+    """
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(path, error.strerror or str(error)) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(path, f"not TOML: {error}") from error
+    table = document.get("tool", {}).get("borecheck", {})
+    table = (document if path.name != "pyproject.toml" else table).get("validate")
+    if table is None:
+        return Settings()
+    if not isinstance(table, dict):
+        raise InputError(path, "validate is no table")
+    return _settings(table, path)
+
+
+def options_with(settings: Settings, given: Mapping[str, Any]) -> Options:
+    """The options of one file: what is given wins, lists of roots add up.
+
+    Args:
+        settings: What the configuration file says.
+        given: Fields of `Options`; None means not given.
+    """
+    values = settings.values
+    chosen: dict[str, Any] = {
+        field_name: values[key] for key, field_name in _FIELDS.items() if key in values
+    }
+    chosen |= {_DECLARED[key]: found for key, found in settings.declared.items()}
+    chosen |= {name: value for name, value in given.items() if value is not None}
+    roots = [*(given.get("package_paths") or ()), *values.get("package-path", ())]
+    chosen["package_paths"] = tuple(Path(root) for root in roots)
+    chosen["arguments"] = {**values.get("arg", {}), **(given.get("arguments") or {})}
+    for name in ("select", "ignore", "frames", "links"):
+        chosen[name] = tuple(chosen.get(name, ()))
+    if chosen.get("srdf") is not None:
+        chosen["srdf"] = Path(chosen["srdf"])
+    return Options(**chosen)
+
+
+def _settings(table: dict[str, Any], path: Path) -> Settings:
+    values: dict[str, Any] = {}
+    declared: dict[str, tuple[Any, ...]] = {}
+    ignored: dict[str, tuple[str, ...]] = {}
+    for key, value in table.items():
+        if key not in KEYS:
+            raise InputError(path, str(UnknownNameError("setting", key, KEYS)))
+        if key in _TABLES:
+            entries: list[Any] = value if isinstance(value, list) else [value]
+            declared[key] = tuple(_record(_TABLES[key], e, key, path) for e in entries)
+        elif key == "per-file-ignore":
+            rules: dict[str, Any] = _checked("arg", value, path)
+            ignored = {str(k): tuple(map(str, v)) for k, v in rules.items()}
+        else:
+            values[key] = _checked(key, value, path)
+    return Settings(values, declared, ignored, path)
+
+
+def _record(kind: type, entry: object, key: str, path: Path) -> Any:
+    names = [f.name for f in fields(kind)]
+    if not isinstance(entry, dict):
+        raise InputError(path, f"{key} is a list of tables with {', '.join(names)}")
+    unknown = set(entry) - set(names)
+    if unknown:
+        raise InputError(path, str(UnknownNameError(key, min(unknown), names)))
+    values = {k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()}
+    try:
+        return kind(**values)
+    except TypeError as error:
+        raise InputError(path, f"{key}: {error}") from error
+
+
+def _checked(key: str, value: Any, path: Path) -> Any:
+    kinds: dict[str, type] = dict.fromkeys(_LISTS, list)
+    kinds |= dict.fromkeys(_WORDS, str) | dict.fromkeys(_SWITCHES, bool)
+    kinds |= dict.fromkeys(_NUMBERS, int) | {"arg": dict}
+    is_wrong = type(value) is not kinds[key]
+    if is_wrong:
+        raise InputError(path, f"{key} = {value!r} is no {kinds[key].__name__}")
+    if key == "package-path":
+        return [str(path.parent / entry) for entry in value]
+    if key in ("srdf", "baseline"):
+        return str(path.parent / value)
+    return value

@@ -1,0 +1,101 @@
+"""From a file to the record that checks look at, or to the finding that stops it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from borecheck import urdf_source
+from borecheck.errors import UrdfError
+from borecheck.validation.draft import Robot
+from borecheck.validation.findings import Finding
+from borecheck.validation.options import Options
+from borecheck.validation.registry import find_check
+from borecheck.validation.suppress import (
+    Suppression,
+    suppressions_in,
+    suppressions_of,
+)
+
+Loaded = tuple[Robot | Finding, tuple[Suppression, ...]]
+
+
+def load_file(path: Path, options: Options) -> Loaded:
+    """A file as a robot; a finding if no XML tree can be had from it."""
+    try:
+        raw = urdf_source.read_bytes(path)
+    except UrdfError as error:
+        return _stopped("D101", error, str(path), options), ()
+    if path.suffix == ".xacro":
+        return _load_xacro(path, options)
+    return _load(raw, str(path), path.parent, options)
+
+
+def load_text(text: str | bytes, file: str, options: Options) -> Loaded:
+    """A text as a robot; relative mesh names start in the working directory."""
+    return _load(text, file, Path.cwd(), options)
+
+
+def _load(
+    raw: str | bytes,
+    file: str,
+    folder: Path,
+    options: Options,
+    origins: Sequence[tuple[Path, int]] = (),
+) -> Loaded:
+    try:
+        source = urdf_source.read(raw, file, origins)
+    except UrdfError as error:
+        code = "D102" if "well-formed" in error.problem else "D101"
+        return _stopped(code, error, file, options), ()
+    robot = Robot(file, source, options, folder)
+    found, faulty = suppressions_in(source.root, file)
+    if not origins:
+        notes = [(None, f"line {c.line}: the comment {c.problem}") for c in faulty]
+        robot.notes["D131"] = list(notes)
+    return robot, found
+
+
+def _load_xacro(path: Path, options: Options) -> Loaded:
+    from borecheck.xacro_expand import expand
+
+    try:
+        expanded = expand(path, options.arguments, options.package_paths)
+    except UrdfError as error:
+        return _stopped("D110", error, str(path), options), ()
+    robot, _ = _load(expanded.text, str(path), path.parent, options, expanded.places)
+    if isinstance(robot, Robot):
+        robot.notes["D111"] = [
+            (None, f"argument {name!r} is not declared") for name in expanded.unused
+        ]
+        robot.notes["D112"] = [
+            (None, f"argument {name!r} is never used") for name in expanded.unreferenced
+        ]
+        robot.notes["D113"] = [
+            (None, line) for line in expanded.warnings if line.startswith("warning:")
+        ]
+    return robot, suppressions_of(expanded.files)
+
+
+def _stopped(code: str, error: UrdfError, file: str, options: Options) -> Finding:
+    check = find_check(code)
+    where = error.element or ""
+    named, _, number = error.file.rpartition(":")
+    if not number.isdigit():
+        named, number = error.file, _line_in(where)
+    return Finding(
+        code=code,
+        severity=check.levels[options.profile],
+        tier=check.tier,
+        element="" if where.startswith("line ") else where,
+        file=named or file,
+        line=int(number),
+        message=f"{where}: {error.problem}" if where else error.problem,
+        why=check.why,
+        hint=check.mend,
+        libraries=check.libraries,
+        name=check.name,
+    )
+
+
+def _line_in(where: str) -> str:
+    words = where.replace(",", " ").split()
+    return words[1] if len(words) > 1 and words[1].isdigit() else "1"

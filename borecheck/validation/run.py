@@ -1,0 +1,129 @@
+"""One validation: load, check, collect; everything found comes back as values."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from borecheck.validation.config import Settings, find_settings, options_with
+from borecheck.validation.draft import Robot
+from borecheck.validation.findings import Finding
+from borecheck.validation.load import Loaded, load_file, load_text
+from borecheck.validation.options import Options
+from borecheck.validation.registry import Check, Hit, all_checks
+
+# A file with thousands of equal faults needs no thousands of lines.
+MOST_PER_CHECK = 200
+RUN_CODES = ("K601", "K608", "K609", "K612")
+
+
+def validate_file(
+    path: str | Path,
+    *,
+    arguments: Mapping[str, str] | None = None,
+    package_paths: Sequence[str | Path] = (),
+    profile: str | None = None,
+    configured: bool = True,
+    select: Iterable[str] | None = None,
+    ignore: Iterable[str] | None = None,
+    closed_form: Callable[[Mapping[str, float]], Mapping[str, Any]] | None = None,
+    **more: Any,
+) -> list[Finding]:
+    """Everything that is wrong with a URDF or xacro file.
+
+    Args:
+        path: The file; one that ends in .xacro is expanded.
+        arguments: Values of xacro arguments.
+        package_paths: Roots for `package://` and `$(find)`.
+        profile: kinematics, collision (if nothing else is configured) or dynamics.
+        configured: Whether the settings nearest to the file hold too.
+        select: Codes, or their beginnings, to report; all by default.
+        ignore: Codes, or their beginnings, to leave out.
+        closed_form: `{joint: position} -> {frame: T_root_frame}`, compared as well.
+        more: Further fields of `Options`.
+
+    Returns:
+        The findings, by file and line; suppressed ones are left out.
+    """
+    given = {
+        "profile": profile,
+        "arguments": arguments,
+        "package_paths": tuple(package_paths),
+        "select": None if select is None else tuple(select),
+        "ignore": None if ignore is None else tuple(ignore),
+        "closed_form": closed_form,
+        **more,
+    }
+    settings = Settings()
+    if configured:
+        settings = find_settings(Path(path).absolute().parent)
+    return check_file(Path(path), options_with(settings, given))
+
+
+def check_file(path: Path, options: Options) -> list[Finding]:
+    """As `validate_file`, with the options in one record."""
+    return findings_of(load_file(path, options), options)
+
+
+def validate_text(
+    text: str | bytes, file: str = "<text>", options: Options | None = None
+) -> list[Finding]:
+    """As `validate_file`, for URDF text."""
+    chosen = options or Options()
+    return findings_of(load_text(text, file, chosen), chosen)
+
+
+def findings_of(loaded: Loaded, options: Options) -> list[Finding]:
+    """The findings about what was loaded."""
+    robot, suppressions = loaded
+    if isinstance(robot, Finding):
+        return [robot] if options.wants(robot.code) else []
+    if options.run and any(options.wants(code) for code in RUN_CODES):
+        from borecheck.validation.running import start_voices
+
+        with np.errstate(all="ignore"):
+            start_voices(robot)  # they load while the other checks run
+    found: list[Finding] = []
+    # Numbers of any size may stand in a strange file; what overflows fails comparisons.
+    with np.errstate(all="ignore"):
+        for check in all_checks():
+            if options.wants(check.code) and _is_due(check, robot):
+                found.extend(_findings(check, robot))
+    kept = [f for f in found if not any(s.covers(f) for s in suppressions)]
+    return sorted(kept, key=lambda f: (f.file, f.line, f.code, f.element))
+
+
+def _is_due(check: Check, robot: Robot) -> bool:
+    if check.stage == "meshes":
+        return robot.options.meshes
+    if check.stage == "run":
+        return robot.options.run
+    return True
+
+
+def _findings(check: Check, robot: Robot) -> list[Finding]:
+    found: list[Finding] = []
+    for hit in check.find(robot):
+        found.append(_finding(check, robot, hit))
+        if len(found) == MOST_PER_CHECK:
+            break
+    return found
+
+
+def _finding(check: Check, robot: Robot, hit: Hit) -> Finding:
+    place = robot.source.place(hit.element)
+    return Finding(
+        code=check.code,
+        severity=hit.severity or check.levels[robot.options.profile],
+        tier=check.tier,
+        element=place.path,
+        file=place.file,
+        line=place.line,
+        message=hit.message,
+        why=check.why,
+        hint=hit.hint or check.mend,
+        libraries=check.libraries,
+        name=check.name,
+        attribute=hit.attribute,
+    )

@@ -1,0 +1,264 @@
+"""Kinematics checks by running: do libraries place the links as the file says."""
+
+import json
+import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from borecheck.se3 import Array, rotation_angle
+from borecheck.validation.draft import Robot
+from borecheck.validation.findings import Severity
+from borecheck.validation.limits import UNLIMITED_FROM
+from borecheck.validation.motion import motion_of
+from borecheck.validation.registry import Hit, check
+
+if TYPE_CHECKING:
+    from subprocess import Popen
+
+TOLERANCE = 1e-9  # [m] and [rad] on a robot of 1 m; agreement is 3e-13 in practice
+ROUNDING = 1e-7  # a difference below it is a root of the smallest one, 2e-16
+PATIENCE_S = 120.0
+_MODULE = "borecheck.validation.voices"
+
+
+def start_voices(robot: Robot) -> None:
+    """Starts the libraries in a process of their own; `voices_of` awaits them."""
+    import subprocess  # slow to import, and not needed for quick checks
+
+    from lxml import etree
+
+    motion = motion_of(robot)
+    rng = np.random.default_rng(robot.options.seed)
+    chosen = [] if motion is None else motion.configurations(rng, robot.options.samples)
+    configurations = [
+        {} if motion is None else motion.positions(motion.named(q)) for q in chosen
+    ]
+    text = etree.tostring(robot.root, encoding="unicode")
+    request = {
+        "text": text,
+        "configurations": configurations,
+        "voices": ["pinocchio", "yourdfpy"],
+    }
+    process = subprocess.Popen(
+        [sys.executable, "-m", _MODULE],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    robot.memory["configurations"] = configurations
+    robot.memory["voices"] = (process, json.dumps(request))
+
+
+def voices_of(robot: Robot) -> dict[str, Any]:
+    """What Pinocchio and yourdfpy said; each with frames or an error."""
+    if "answer" not in robot.memory:
+        if "voices" not in robot.memory:
+            start_voices(robot)
+        robot.memory["answer"] = _await(*robot.memory["voices"])
+    found: dict[str, Any] = robot.memory["answer"]
+    return found
+
+
+def _await(process: "Popen[str]", request: str) -> dict[str, Any]:
+    from subprocess import TimeoutExpired
+
+    try:
+        answer, noise = process.communicate(request, timeout=PATIENCE_S)
+    except TimeoutExpired:
+        process.kill()
+        process.communicate()
+        return _both(f"gave no answer within {PATIENCE_S:g} s")
+    if process.returncode != 0:
+        return _both(f"the process died (status {process.returncode})")
+    said: dict[str, Any] = json.loads(answer)
+    reason = [line for line in noise.splitlines() if line.startswith("Error:")]
+    if reason and "error" in said["pinocchio"]:
+        said["pinocchio"]["error"] += f" ({' '.join(reason[0].split())})"
+    return said
+
+
+def _both(problem: str) -> dict[str, Any]:
+    return {name: {"error": problem} for name in ("pinocchio", "yourdfpy")}
+
+
+@check("K601", "kinematics-disagree", "kinematics", "EEE", "run")
+def kinematics_disagree(robot: Robot) -> Iterator[Hit]:
+    """Libraries place the links differently.
+
+    Why: What is planned with one library is driven elsewhere by the other. A known
+    cause in a library makes this a warning: the file itself is sound.
+
+    Mend: Look at the named cause; if there is none, send the file to the library.
+
+    Libraries: yourdfpy takes mimic chains for zero and shifts mimic indices after a
+    planar or floating joint; Pinocchio ignores mimic joints unless asked.
+    """
+    motion = motion_of(robot)
+    if motion is None:
+        return
+    configurations = robot.memory.get("configurations") or _configurations(robot)
+    expected = [motion.placements(positions) for positions in configurations]
+    for library, said in voices_of(robot).items():
+        if "frames" not in said:
+            continue
+        worst = _worst(expected, said["frames"], motion.root)
+        if worst is None or worst[0] <= TOLERANCE * max(1.0, robot.size):
+            continue
+        size, distance, angle, link, index = worst
+        cause = _cause(robot, library)
+        level = Severity.WARNING if cause else None
+        if size <= ROUNDING * max(1.0, robot.size):
+            cause = f"rounding: {library} loses half of the digits"
+            level = Severity.INFO
+        message = (
+            f"{library} places link {link!r} {distance:.3g} m and {angle:.3g} rad away "
+            f"(configuration {index} of seed {robot.options.seed}); "
+            f"cause: {cause or 'not known'}"
+        )
+        yield Hit(robot.link_named[link].element, message, None, level)
+
+
+@check("K602", "closed-form-disagrees", "kinematics", "EEE")
+def closed_form_disagrees(robot: Robot) -> Iterator[Hit]:
+    """The analytic model places a frame elsewhere than the URDF.
+
+    Why: The two were written down separately; one of them has a wrong number, sign or
+    axis. No URDF parser can see this.
+
+    Mend: Compare both with the drawing at the named frame.
+    """
+    closed_form, motion = robot.options.closed_form, motion_of(robot)
+    if closed_form is None or motion is None:
+        return
+    rng = np.random.default_rng(robot.options.seed)
+    worst: dict[str, tuple[float, float, float]] = {}
+    for q in motion.configurations(rng, robot.options.samples):
+        free = motion.named(q)
+        placed = motion.placements(motion.positions(free))
+        for frame, T in closed_form(free).items():
+            if frame in placed:
+                gap = _gap(placed[frame], np.asarray(T, dtype=float))
+                worst[frame] = max(worst.get(frame, gap), gap)
+    for frame, (size, distance, angle) in worst.items():
+        if size > TOLERANCE * max(1.0, robot.size):
+            message = f"frame {frame!r} is {distance:.3g} m and {angle:.3g} rad away"
+            yield Hit(robot.link_named[frame].element, message)
+
+
+@check("K608", "pinocchio-refuses", "kinematics", "WWW", "run")
+def pinocchio_refuses(robot: Robot) -> Iterator[Hit]:
+    """Pinocchio cannot load the robot.
+
+    Why: Whoever uses it cannot use this file; borecheck's contact checks neither.
+
+    Mend: See the other findings; Pinocchio seldom says the reason.
+    """
+    said = voices_of(robot)["pinocchio"]
+    if "error" in said:
+        yield Hit(robot.root, f"Pinocchio: {said['error']}")
+
+
+@check("K609", "yourdfpy-refuses", "kinematics", "WWW", "run")
+def yourdfpy_refuses(robot: Robot) -> Iterator[Hit]:
+    """The library yourdfpy cannot load the robot.
+
+    Why: Whoever uses it cannot use this file.
+
+    Mend: See the other findings.
+    """
+    said = voices_of(robot)["yourdfpy"]
+    if "error" in said:
+        yield Hit(robot.root, f"yourdfpy: {said['error']}")
+
+
+@check("K612", "pinocchio-refuses-mimic", "kinematics", "III", "run")
+def pinocchio_refuses_mimic(robot: Robot) -> Iterator[Hit]:
+    """Pinocchio refuses the robot when it is asked to respect mimic joints.
+
+    Why: It then has to be built with free followers, which must be set by hand.
+
+    Mend: Nothing in the file, if chains or fixed leaders are meant; borecheck resolves
+    them by itself.
+
+    Libraries: Pinocchio with mimic=True refuses chains and some joint types.
+    """
+    said = voices_of(robot)["pinocchio"]
+    if said.get("mimic"):
+        yield Hit(robot.root, f"Pinocchio with mimic=True: {said['mimic']}")
+
+
+@check("K610", "joint-moves-nothing", "kinematics", "III")
+def joint_moves_nothing(robot: Robot) -> Iterator[Hit]:
+    """A joint moves no geometry.
+
+    Why: Perhaps the geometry hangs on the wrong link, or is missing.
+
+    Mend: Nothing, if it carries plain frames only.
+    """
+    if not any(link.shapes for link in robot.links):
+        return
+    ends = {end for loop in robot.options.loops for end in (loop.first, loop.second)}
+    for joint in robot.joints:
+        child = joint.child
+        if not joint.moves or child not in robot.link_named:
+            continue
+        below = [name for name, _ in robot.below(child)]
+        if ends & set(below):
+            continue
+        if not any(robot.link_named[name].shapes for name in below):
+            yield Hit(joint.element, f"joint {joint.name!r} moves no geometry")
+
+
+def _configurations(robot: Robot) -> list[dict[str, float]]:
+    voices_of(robot)
+    found: list[dict[str, float]] = robot.memory["configurations"]
+    return found
+
+
+def _worst(
+    expected: list[dict[str, Array]], frames: dict[str, list[list[float]]], root: str
+) -> tuple[float, float, float, str, int] | None:
+    """The largest difference: size, distance, angle, link, configuration."""
+    worst = None
+    for link, placed in frames.items():
+        for index, numbers in enumerate(placed):
+            if link not in expected[index]:
+                continue
+            T = np.reshape(numbers, (4, 4))
+            size, distance, angle = _gap(expected[index][link], T)
+            if worst is None or not size <= worst[0]:
+                worst = (size, distance, angle, link, index)
+    return worst
+
+
+def _gap(T: Array, T_other: Array) -> tuple[float, float, float]:
+    """Larger of both, distance [m], angle [rad]; NaN counts as infinite."""
+    distance = float(np.linalg.norm(T[:3, 3] - T_other[:3, 3]))
+    angle = rotation_angle(T[:3, :3], T_other[:3, :3])
+    # A matrix that is no rotation can hide from the angle.
+    skew = float(np.abs(T[:3, :3] - T_other[:3, :3]).max())
+    size = max(distance, angle, skew)
+    return (size if size == size else float("inf")), distance, angle
+
+
+def _cause(robot: Robot, library: str) -> str | None:
+    """The known cause of a disagreement, if the file has one."""
+    moving = [joint for joint in robot.joints if joint.has_axis]
+    lengths = [float(np.linalg.norm(joint.axis or (1.0, 0, 0))) for joint in moving]
+    if 0.0 in lengths:
+        return "an axis is 0 0 0 (J302)"
+    mimics = [joint for joint in robot.joints if joint.mimic is not None]
+    if library == "yourdfpy" and mimics:
+        names = {joint.name for joint in mimics}
+        if any(j.mimic is not None and j.mimic.joint in names for j in mimics):
+            return "yourdfpy takes mimic chains for zero (J318)"
+        if any(joint.type in ("floating", "planar") for joint in robot.joints):
+            return "yourdfpy shifts mimic indices after a planar or floating joint"
+    if any(abs(length - 1.0) > 1e-9 for length in lengths):
+        return "an axis is not of length one (J303)"
+    if any(abs(v or 0.0) > UNLIMITED_FROM for j in moving for v in (j.lower, j.upper)):
+        return "limits so large that angles lose their digits (J309)"
+    return None

@@ -1,0 +1,113 @@
+"""Pinocchio and yourdfpy place a robot's links: run in a process of its own.
+
+`python -m borecheck.validation.voices` reads a request from standard input and
+answers on standard output, both JSON. A process of its own, because a strange file
+can make a C++ library die or hang, and because it runs beside the other checks.
+"""
+
+import io
+import json
+import sys
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+Frames = dict[str, list[list[float]]]
+
+
+def pinocchio_frames(
+    text: str, configurations: list[dict[str, float]]
+) -> dict[str, Any]:
+    """All links' placements by Pinocchio with every joint, followers too, set by us."""
+    import pinocchio as pin
+
+    model = pin.buildModelFromXML(text)
+    data = model.createData()
+    frames: Frames = {}
+    for positions in configurations:
+        q = pin.neutral(model)
+        for name, value in positions.items():
+            if model.existJointName(name):
+                _set_joint(q, model.joints[model.getJointId(name)], value)
+        pin.framesForwardKinematics(model, data, q)
+        for index, frame in enumerate(model.frames):
+            if frame.type == pin.FrameType.BODY:
+                placed = np.array(data.oMf[index].homogeneous).reshape(-1)
+                frames.setdefault(str(frame.name), []).append(placed.tolist())
+    return {"frames": frames, "mimic": _mimic_refusal(text)}
+
+
+def _set_joint(q: Any, joint: Any, value: float) -> None:
+    at = joint.idx_q
+    if joint.nq == 1:
+        q[at] = value
+    elif joint.nq == 2:  # a continuous joint: cosine and sine
+        q[at], q[at + 1] = np.cos(value), np.sin(value)
+
+
+def _mimic_refusal(text: str) -> str | None:
+    """Why Pinocchio refuses the file when it is asked to respect mimic joints."""
+    import pinocchio as pin
+
+    if "<mimic" not in text:
+        return None
+    try:
+        pin.buildModelFromXML(text, mimic=True)
+    except Exception as error:  # noqa: BLE001  C++ exceptions of any kind
+        return _line(error)
+    return None
+
+
+def yourdfpy_frames(
+    text: str, configurations: list[dict[str, float]]
+) -> dict[str, Any]:
+    """All links' placements by yourdfpy, which follows mimic joints by itself."""
+    import yourdfpy
+
+    stream = io.BytesIO(text.encode())
+    robot = yourdfpy.URDF.load(stream, load_meshes=False, build_scene_graph=True)
+    frames: Frames = {}
+    for positions in configurations:
+        known = robot.actuated_joint_names
+        robot.update_cfg({n: positions[n] for n in known if n in positions})
+        for link in robot.link_map:
+            placed = np.array(robot.get_transform(link, robot.base_link))
+            frames.setdefault(link, []).append(placed.reshape(-1).tolist())
+    return {"frames": frames}
+
+
+VOICES: Mapping[str, Callable[[str, list[dict[str, float]]], dict[str, Any]]] = {
+    "pinocchio": pinocchio_frames,
+    "yourdfpy": yourdfpy_frames,
+}
+
+
+def answer(request: Mapping[str, Any]) -> dict[str, Any]:
+    """What each library says to a text and its configurations."""
+    outcome: dict[str, Any] = {}
+    for name in request["voices"]:
+        start = time.perf_counter()
+        try:
+            found = VOICES[name](request["text"], request["configurations"])
+        except Exception as error:  # noqa: BLE001  the point is to see what they do
+            found = {"error": _line(error)}
+        outcome[name] = {**found, "seconds": time.perf_counter() - start}
+    return outcome
+
+
+def _line(error: BaseException) -> str:
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}"[:300]
+
+
+def _import_early() -> None:
+    """Imports the libraries while the request is still being put together."""
+    import pinocchio  # noqa: F401
+    import yourdfpy  # noqa: F401
+
+
+if __name__ == "__main__":
+    _import_early()
+    sys.stdout.write(json.dumps(answer(json.load(sys.stdin))))
