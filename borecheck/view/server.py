@@ -35,8 +35,8 @@ HOST = "127.0.0.1"
 # longer than a picture may.
 REST = 0.1
 
-# Where the eye stands at first: beside the robot, looking into the bore, [m].
-EYE, LOOK_AT = (-2.1, -3.0, 1.5), (-0.25, 0.0, 0.1)
+# Where the eye stands at first, across from the robot's base, and looks, [m].
+EYE, LOOK_AT = np.array([-1.9, 2.5, 1.3]), np.array([-0.7, 0.0, 0.0])
 
 COLOURS = {
     "robot": (84, 131, 181),
@@ -170,8 +170,10 @@ class LiveView:
             triangles.astype(np.uint32),
             color=colour,
             flat_shading=True,
-            side="double",
+            side="double" if opacity is None else "front",
             opacity=opacity,
+            cast_shadow=False,
+            receive_shadow=False,
         )
 
     def _show(self, shown: Shown) -> None:
@@ -212,7 +214,7 @@ class LiveView:
     def _panel(self) -> None:
         gui, scene = self.server.gui, self.server.scene
         scene.set_up_direction("+z")
-        self.server.initial_camera.position = EYE
+        self.server.initial_camera.position = EYE * (1.0, self._near(), 1.0)
         self.server.initial_camera.look_at = LOOK_AT
         self._state = gui.add_markdown("## …")
         self._note = gui.add_markdown("")
@@ -237,6 +239,13 @@ class LiveView:
             page = gui.add_text("Report", "report.html")
             report = gui.add_button("Write the report")
             report.on_click(lambda _: self._write_report(Path(page.value)))
+
+    def _near(self) -> float:
+        """Side of the y axis across from the robot's base: 1 or -1."""
+        placed = self.session.robot.placements(self.q)
+        parts = self.session.robot.parts
+        middle = np.mean([placed[part.link][1, 3] for part in parts])
+        return 1.0 if middle <= 0.0 else -1.0
 
     def _joint_sliders(self) -> None:
         self._sliders = []
@@ -286,10 +295,19 @@ class LiveView:
         self._ends = []
         for name, point in (("entry", plan.entry), ("target", plan.target)):
             handle = scene.add_transform_controls(
-                f"/plan/{name}", scale=0.06, disable_rotations=True, position=point
+                f"/plan/{name}",
+                scale=0.12,
+                disable_rotations=True,
+                depth_test=False,
+                position=point,
             )
             scene.add_icosphere(f"/plan/{name}/ball", radius=0.004, color=(0, 79, 196))
-            scene.add_label(f"/plan/{name}/name", name, anchor="center-right")
+            scene.add_label(
+                f"/plan/{name}/name",
+                name,
+                anchor="bottom-right" if name == "entry" else "top-right",
+                font_screen_scale=0.7,
+            )
             handle.on_update(lambda _: self._replan())
             self._ends.append(handle)
         self._needle_line = scene.add_line_segments(
