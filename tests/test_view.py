@@ -178,6 +178,7 @@ def test_dragged_handles_move_the_robot_and_errors_are_told(view):
     view._ends[1].position = np.array([5.0, 0.0, -0.05])
     view._replan()
     assert "Not done" in view._note.content
+    assert "UNKNOWN" in view._state.content
 
 
 def test_a_bad_mesh_dropped_is_told_and_the_view_goes_on(view):
@@ -192,3 +193,24 @@ def test_a_bad_mesh_dropped_is_told_and_the_view_goes_on(view):
     view.ask()
     settled(view, answers)
     assert not Path("bad<b>.stl").exists()
+
+
+def test_a_failure_takes_the_verdict_off_and_the_view_goes_on(view, monkeypatch):
+    def broken(*_):
+        raise RuntimeError("<b>broken</b>")
+
+    answers = view.answers
+    view.ask()
+    settled(view, answers)
+    with monkeypatch.context() as patched:
+        patched.setattr(Session, "glance", broken)
+        view.ask()
+        end = time.monotonic() + PATIENCE
+        while "broken" not in view._state.content:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        assert "UNKNOWN" in view._state.content
+    answers = view.answers
+    view.ask()
+    settled(view, answers)
+    assert "UNKNOWN" not in view._state.content

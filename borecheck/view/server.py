@@ -117,18 +117,31 @@ class LiveView:
                 return
             with self._lock:
                 session, q, corridor = self.session, self.q.copy(), self._corridor
-            with self._told():
+            try:
                 self._show(session.glance(q, corridor))
                 if not self._wish.wait(REST):
                     self._show(session.judge(q, corridor))
+            except Exception as error:  # noqa: BLE001
+                # whatever it was, an older verdict must not stay on the screen
+                self._unsure(f"{type(error).__name__}: {error}")
+
+    def _unsure(self, reason: str) -> None:
+        """Takes the verdict off the screen."""
+        self._state.content = f"## {WORDS['unknown']}\n{_plain(reason)}"
 
     @contextlib.contextmanager
-    def _told(self) -> Iterator[None]:
-        """Errors of the project become a line in the panel."""
+    def _told(self, moves: bool = False) -> Iterator[None]:
+        """Errors of the project become a line in the panel.
+
+        Args:
+            moves: The robot was to move: where it cannot, no verdict may stay.
+        """
         try:
             yield
         except BorecheckError as error:
             self._note.content = f"**Not done:** {_plain(str(error))}"
+            if moves:
+                self._unsure("the robot does not stand where the plan is")
 
     def _furnish(self) -> None:
         """Meshes of robot and surroundings, those that were there before removed."""
@@ -321,14 +334,14 @@ class LiveView:
         """The handles were dragged: the plan follows, and the robot with it."""
         entry, target = (np.array(handle.position) for handle in self._ends)
         self._needle_line.points = np.array([[entry, target]], dtype=np.float32)
-        with self._told(), self._lock:
+        with self._told(moves=True), self._lock:
             self._motion = None
             self.session = self.session.with_plan(entry, target)
             self._follow()
 
     def _follow(self) -> None:
         """Puts the robot where the slider says on the plan's motion."""
-        with self._told(), self._lock:
+        with self._told(moves=True), self._lock:
             if self._motion is None:
                 self._motion = self.session.motion()
             self.q = self.session.at(self._motion, self._along.value / 100.0)
