@@ -178,6 +178,9 @@ def test_dragged_handles_move_the_robot_and_errors_are_told(view):
     view._ends[1].position = np.array([5.0, 0.0, -0.05])
     view._replan()
     assert "Not done" in view._note.content
+    answers = view.answers
+    view.ask()
+    settled(view, answers)
     assert "UNKNOWN" in view._state.content
 
 
@@ -211,6 +214,7 @@ def test_a_failure_takes_the_verdict_off_and_the_view_goes_on(view, monkeypatch)
             time.sleep(0.01)
         assert "UNKNOWN" in view._state.content
     answers = view.answers
-    view.ask()
+    slider, scale = view._sliders[0]
+    view._joint_moved(0, slider, scale)(None)
     settled(view, answers)
     assert "UNKNOWN" not in view._state.content

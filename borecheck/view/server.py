@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 
 HOST = "127.0.0.1"
 
+ASTRAY = "the robot does not stand where the plan is"
+
 # So long nothing must have been dragged before the full check begins, [s]: it takes
 # longer than a picture may.
 REST = 0.1
@@ -87,6 +89,7 @@ class LiveView:
         self._wish = threading.Event()
         self._stopped = False
         self._setting = False
+        self._astray = False  # the plan on the screen is not where the robot stands
         self._lock = threading.RLock()
         self._links: dict[str, Any] = {}
         self._around: dict[str, Any] = {}
@@ -141,7 +144,8 @@ class LiveView:
         except BorecheckError as error:
             self._note.content = f"**Not done:** {_plain(str(error))}"
             if moves:
-                self._unsure("the robot does not stand where the plan is")
+                self._astray = True
+                self._unsure(ASTRAY)
 
     def _furnish(self) -> None:
         """Meshes of robot and surroundings, those that were there before removed."""
@@ -197,8 +201,10 @@ class LiveView:
                 handle.position = T[:3, 3]
                 handle.wxyz = self._so3.from_matrix(T[:3, :3]).wxyz
             self._mark(shown)
-            where = WORDS[shown.state]
-            self._state.content = f"## {where}\n{_plain(shown.reason)}"
+            state, reason = shown.state, shown.reason
+            if self._astray:
+                state, reason = "unknown", ASTRAY
+            self._state.content = f"## {WORDS[state]}\n{_plain(reason)}"
         self.shown = shown
         self.answers += 1
 
@@ -288,6 +294,7 @@ class LiveView:
                 low, high = float(model.lower[index]), float(model.upper[index])
                 self.q[index] = min(max(value, low), high)
                 self._corridor = None
+                self._astray = False
             self.ask()
 
         return moved
@@ -346,6 +353,7 @@ class LiveView:
                 self._motion = self.session.motion()
             self.q = self.session.at(self._motion, self._along.value / 100.0)
             self._corridor = self._motion.corridor
+            self._astray = False
             self._note.content = ""
             self._set_sliders()
             self.ask()
