@@ -18,7 +18,6 @@ Times count waypoints: 0 at the first, n - 1 at the last, straight in between.
 
 import hashlib
 import json
-from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -28,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import BorecheckError
 from borecheck.motion_bounds import FIXED, TURNS, WORLD, Chain, Route
+from borecheck.path_distance import displacement_about
 from borecheck.path_outcome import PathVerdict
 from borecheck.path_search import Body, Motion, Pair, PathProblem, path_motion
 
@@ -161,7 +161,7 @@ def _cover(
             return None
         middle = 0.5 * (begin + end)
         placed = motion.place(chain, middle)
-        moved = _displacement(chain, pair, way, motion, placed, begin, middle, end)
+        moved = displacement_about(chain, pair, way, motion, placed, begin, middle, end)
         T_b = pair.standing.T_frame_mesh
         if pair.standing.frame != WORLD:
             T_b = placed[pair.standing.frame]
@@ -174,45 +174,3 @@ def _cover(
         else:
             waiting += [(middle, end), (begin, middle)]
     return covered
-
-
-def _displacement(
-    chain: Chain,
-    pair: Pair,
-    way: Route,
-    motion: Motion,
-    placed: Array,
-    begin: float,
-    middle: float,
-    end: float,
-) -> float:
-    """Bound on how far any point of a moves against b from the middle, [m]."""
-    instants = [begin, *_waypoints_between(begin, end), end]
-    at = motion.joints_at(middle)
-    change = np.zeros(chain.frame_count)
-    for instant in instants:
-        change = np.maximum(change, np.abs(motion.joints_at(instant) - at))
-    corners = _box_corners(pair.moving) @ placed[pair.moving.frame, :3, :3].T
-    corners = corners + placed[pair.moving.frame, :3, 3]
-    total = 0.0
-    for j in way.joints:
-        if chain.kind[j] == FIXED or change[j] == 0.0:
-            continue
-        arm = 1.0
-        if chain.kind[j] == TURNS:
-            axis = placed[j, :3, :3] @ chain.axis[j]
-            from_axis = np.cross(corners - placed[j, :3, 3], axis)
-            arm = float(np.linalg.norm(from_axis, axis=1).max())
-        total += float(change[j]) * arm
-    return total * (1.0 + 1e-12) + 1e-12
-
-
-def _waypoints_between(begin: float, end: float) -> Iterator[float]:
-    first = int(np.floor(begin)) + 1
-    yield from (float(k) for k in range(first, int(np.ceil(end))))
-
-
-def _box_corners(body: Body) -> Array:
-    low, high = body.mesh.bounds
-    pick = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
-    return np.where(pick == 1, high, low)

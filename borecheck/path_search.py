@@ -19,6 +19,7 @@ from borecheck.errors import GeometryError, UsageError
 from borecheck.mesh import TriangleMesh
 from borecheck.motion_bounds import WORLD, Chain, Route, mesh_radius, route
 from borecheck.path_containment import examine_containment
+from borecheck.path_distance import by_distance
 from borecheck.path_outcome import PathVerdict, Stretch, Timeline, path_verdict
 from borecheck.se3 import check_transform
 from borecheck.solid import Topology, topology
@@ -32,7 +33,9 @@ RESOLUTION = 1e-6
 # inside a stretch of contact, where exactly there is contact matters little.
 CONTACT_LENGTH = 2e-3
 # Pieces looked at for one pair before the rest is left undecided.
-PIECE_LIMIT = 200_000
+PIECE_LIMIT = 20_000
+# Of these so many by boxes and planes: where that does not do, more of it will not.
+QUICK_LIMIT = 1_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,6 +277,7 @@ def _examine(
 ) -> None:
     """Adds what is found about a pair to the timeline."""
     a, b = pair.moving, pair.standing
+    quick = min(piece_limit, QUICK_LIMIT)
     findings, found, looked, judged = path_kernels.examine(
         motion.theta,
         chain.parent,
@@ -292,7 +296,7 @@ def _examine(
         pair.margin,
         resolution,
         CONTACT_LENGTH,
-        piece_limit,
+        quick,
         a.tree.nodes,
         a.tree.corners,
         a.tree.frames[0],
@@ -308,10 +312,58 @@ def _examine(
         np.zeros((64, 3)),
     )
     timeline.count(looked, judged)
+    if looked > quick:
+        findings, looked = _examined_by_distance(
+            chain, pair, way, motion, findings[:found], resolution, piece_limit
+        )
+        found = len(findings)
+        timeline.count(looked, looked)
     if found:
         timeline.add(pair.names, findings[:found])
     if looked > piece_limit:
         timeline.note(f"gave up on {' and '.join(pair.names)} after {looked} pieces")
+
+
+def _examined_by_distance(
+    chain: Chain,
+    pair: Pair,
+    way: Route,
+    motion: Motion,
+    findings: Array,
+    resolution: float,
+    limit: int,
+) -> tuple[Array, int]:
+    """Findings in which what was left undecided is examined by true distances."""
+    rows: list[tuple[float, float, float]] = []
+    looked = 0
+    for begin, end, outcome in _joined(findings):
+        if outcome != path_kernels.UNDECIDED:
+            rows.append((begin, end, outcome))
+            continue
+        found, count = by_distance(
+            chain,
+            pair,
+            way,
+            motion,
+            (begin, end),
+            (resolution, CONTACT_LENGTH),
+            max(limit - looked, 0),
+        )
+        rows += found
+        looked += count
+    return np.array(rows, dtype=np.float64).reshape(-1, 3), looked
+
+
+def _joined(findings: Array) -> list[tuple[float, float, float]]:
+    """Findings in order, neighbouring ones of equal outcome as one."""
+    joined: list[tuple[float, float, float]] = []
+    for row in findings:
+        begin, end, outcome = (float(x) for x in row)
+        if joined and joined[-1][1] == begin and joined[-1][2] == outcome:
+            joined[-1] = (joined[-1][0], end, outcome)
+        else:
+            joined.append((begin, end, outcome))
+    return joined
 
 
 __all__ = ["Body", "Pair", "PathProblem", "PathVerdict", "Stretch", "search"]
