@@ -114,7 +114,7 @@ def _wall(command: list[str], environment: dict[str, str], repeats: int = 5) -> 
     for _ in range(repeats):
         start = time.perf_counter()
         subprocess.run(
-            command, env={**os.environ, **environment}, check=False, capture_output=True
+            command, env={**os.environ, **environment}, check=True, capture_output=True
         )
         taken.append(time.perf_counter() - start)
     return float(np.median(taken))
