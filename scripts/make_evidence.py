@@ -40,10 +40,11 @@ def main() -> int:
     before = _sections(PAGE.read_text()) if PAGE.exists() else {}
     sections = []
     for row in rows:
-        if args.only and row["item"] not in args.only and row["item"] in before:
-            sections.append(before[row["item"]])
+        if args.only and row["item"] not in args.only:
+            sections.append(before.get(row["item"], _not_run(row)))
         else:
             sections.append(_section(row))
+            before[row["item"]] = sections[-1]
     PAGE.write_text(HEAD + "".join(sections))
     return 0
 
@@ -51,6 +52,11 @@ def main() -> int:
 def _sections(text: str) -> dict[str, str]:
     parts = re.split(r"(?=^## )", text, flags=re.MULTILINE)[1:]
     return {part.split()[1]: part for part in parts}
+
+
+def _not_run(row: dict) -> str:
+    command = f"```\n$ {row['command']}\n```"
+    return f"\n## {row['item']} {row['claim']}\n\n{command}\n\nNot run yet.\n"
 
 
 def _section(row: dict) -> str:
