@@ -7,17 +7,17 @@ What the numbers leave open is `unknown`.
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck import clearance, containment
 from borecheck.corridor import Corridor
+from borecheck.decision import Answer, Findings, decide
 from borecheck.enlarge import Enlarged
 from borecheck.margin import (
     NO_MARGIN,
-    OFFSET,
     SECURITY,
     Margin,
     enlarged,
@@ -39,9 +39,7 @@ from borecheck.verdict import (
     CLEAR,
     CONTACT,
     UNKNOWN,
-    Closest,
     Containment,
-    TrianglePair,
     Verdict,
     pairs_of,
 )
@@ -90,34 +88,6 @@ def settings(
     )
 
 
-@dataclass
-class _Findings:
-    """What is gathered while pairs are examined."""
-
-    contacts: list[TrianglePair]
-    self_contacts: list[TrianglePair]
-    contained: list[Containment]
-    punctured: set[tuple[str, str]] = field(default_factory=set)
-    corridor_contacts: int = 0
-    examined: int = 0
-    total: int = 0
-    within_growth: list[tuple[str, str]] = field(default_factory=list)
-    only_tolerance: bool = True
-    crossing: bool = False
-
-    def count(self, found: Found, a: Surface, b: Surface) -> None:
-        """Adds the triangle pairs of one pair of surfaces."""
-        self.examined += found.examined
-        self.total += a.count * b.count
-
-
-@dataclass(frozen=True)
-class _Answer:
-    verdict: str
-    reason: str
-    qualifiers: tuple[str, ...] = ()
-
-
 def check(
     robot: Robot,
     scene: Scene,
@@ -162,7 +132,7 @@ def check_with(
     start = time.perf_counter()
     q = robot.model.check_limits(q)
     placements = robot.placements(q)
-    findings = _Findings([], [], [])
+    findings = Findings([], [], [])
     _examine_obstacles(robot, scene, placements, chosen, corridor, findings)
     _examine_self(robot, placements, chosen, findings)
     touching = bool(findings.contacts or findings.self_contacts)
@@ -175,7 +145,7 @@ def check_with(
         findings.contained += containment.all_contained(
             robot, scene, placements, findings.punctured
         )
-    answer = _decide(findings, chosen, closest)
+    answer = decide(findings, chosen.checker, chosen.margin, closest)
     if answer.verdict == CLEAR and chosen.checker != "exact":
         answer = _asked_again(robot, scene, placements, chosen, corridor, answer)
     return Verdict(
@@ -208,7 +178,7 @@ def _examine_obstacles(
     placements: dict[str, Array],
     chosen: Settings,
     corridor: Corridor | None,
-    findings: _Findings,
+    findings: Findings,
 ) -> None:
     for part, own, grown in _grown_parts(robot, placements, chosen.margin):
         T = placements[part.link]
@@ -226,7 +196,7 @@ def _examine_pair(
     T: Array,
     obstacle: Obstacle,
     chosen: Settings,
-    findings: _Findings,
+    findings: Findings,
 ) -> None:
     """A part, grown or not, against an obstacle."""
     other = surface(obstacle.mesh)
@@ -250,7 +220,7 @@ def _examine_puncture(
     obstacle: Obstacle,
     chosen: Settings,
     corridor: Corridor,
-    findings: _Findings,
+    findings: Findings,
 ) -> None:
     """The needle against the patient: what lies in the plan's corridor is meant.
 
@@ -286,7 +256,7 @@ def _examine_self(
     robot: Robot,
     placements: dict[str, Array],
     chosen: Settings,
-    findings: _Findings,
+    findings: Findings,
 ) -> None:
     for i, j in robot.self_pairs:
         first, second = robot.parts[i], robot.parts[j]
@@ -313,7 +283,7 @@ def _grown_parts(
 
 
 def _note(
-    findings: _Findings,
+    findings: Findings,
     found: Found,
     keep: NDArray[np.bool_],
     a: Surface,
@@ -340,78 +310,18 @@ def _cross(
     return bool(paper(first, second).any() or paper(second, first).any())
 
 
-def _decide(findings: _Findings, chosen: Settings, closest: Closest | None) -> _Answer:
-    inside = [c for c in findings.contained if c.state != UNKNOWN]
-    if findings.contacts or findings.self_contacts:
-        return _contact_answer(findings, chosen)
-    if inside:
-        reason = f"{inside[0].link}: {inside[0].reason}"
-        return _Answer(CONTACT, reason, ("contained",))
-    if findings.within_growth:
-        part, obstacle = findings.within_growth[0]
-        reason = f"{obstacle} lies wholly within the margin of {part}"
-        return _Answer(CONTACT, reason, ("within_margin",))
-    if closest is None:
-        return _Answer(UNKNOWN, "there is no obstacle to be clear of")
-    answer = _clearance_answer(chosen, closest)
-    open_pairs = [c for c in findings.contained if c.state == UNKNOWN]
-    if answer.verdict == CLEAR and open_pairs:
-        return _Answer(UNKNOWN, open_pairs[0].reason)
-    return answer
-
-
-def _contact_answer(findings: _Findings, chosen: Settings) -> _Answer:
-    parts = [*findings.contacts, *findings.self_contacts]
-    names = sorted({(pair.link, pair.obstacle) for pair in parts})
-    listed = ", ".join(f"{a} with {b}" for a, b in names[:3])
-    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-    qualifiers = []
-    # with `offset` the triangles that are found meet as they are, margin or not
-    if chosen.margin.size > 0.0 and chosen.margin.kind != OFFSET and findings.contacts:
-        qualifiers.append("within_margin")
-    elif findings.only_tolerance:
-        qualifiers.append("within_tolerance")
-    elif not findings.crossing:
-        qualifiers.append("touching")
-    verb = "is within the margin of" if "within_margin" in qualifiers else "meets"
-    if len(names) == 1:
-        reason = f"{names[0][0]} {verb} {names[0][1]} ({len(parts)} triangle pairs)"
-    else:
-        reason = f"{listed}{more} ({len(parts)} triangle pairs)"
-    return _Answer(CONTACT, reason, tuple(qualifiers))
-
-
-def _clearance_answer(chosen: Settings, closest: Closest) -> _Answer:
-    where = f"{closest.link} to {closest.obstacle}"
-    distance = f"{1e3 * closest.distance:.3f} mm"
-    kept = chosen.margin.kind in (OFFSET, SECURITY)
-    required = chosen.margin.size if kept else 0.0
-    if closest.upper <= 0.0:
-        return _Answer(
-            UNKNOWN,
-            f"{chosen.checker} sees no contact, but the surfaces meet ({where}); "
-            "its blind spots are in docs/contact.md",
-        )
-    if closest.upper <= required and chosen.margin.kind == OFFSET:
-        reason = f"{where}: {distance} is within the margin of {1e3 * required:g} mm"
-        return _Answer(CONTACT, reason, ("within_margin",))
-    if closest.distance <= required:
-        return _Answer(UNKNOWN, f"{where}: {distance} does not decide the margin")
-    return _Answer(CLEAR, f"nearest: {where}, {distance}")
-
-
 def _asked_again(
     robot: Robot,
     scene: Scene,
     placements: dict[str, Array],
     chosen: Settings,
     corridor: Corridor | None,
-    answer: _Answer,
-) -> _Answer:
+    answer: Answer,
+) -> Answer:
     """The answer of another checker than `exact`, after that was asked the same."""
     margin = NO_MARGIN if chosen.margin.kind == SECURITY else chosen.margin
     judge = Settings("exact", "bvh", margin)
-    seen = _Findings([], [], [])
+    seen = Findings([], [], [])
     _examine_obstacles(robot, scene, placements, judge, corridor, seen)
     _examine_self(robot, placements, judge, seen)
     missed = [(pair.link, pair.obstacle) for pair in seen.contacts]
@@ -419,7 +329,7 @@ def _asked_again(
     missed += seen.within_growth
     if not missed:
         return answer
-    return _Answer(
+    return Answer(
         UNKNOWN,
         f"{chosen.checker} sees no contact, but exact sees {missed[0][0]} meet "
         f"{missed[0][1]}; its blind spots are in docs/contact.md",
