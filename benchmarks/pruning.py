@@ -1,6 +1,6 @@
 """What pruning saves: pairs of triangles examined and time, patch size by patch size.
 
-    python -m benchmarks.pruning [SCENE]
+    python -m benchmarks.pruning [SCENE] [--json]
 
 Patches under Coal's dynamic tree against all pairs (by sign bits) and the project's own
 tree: the same contacts from all three, or it says so and fails.
@@ -30,11 +30,30 @@ EXACT = NARROWPHASES["exact"]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints one JSON document a scene."""
-    arguments = list(sys.argv[1:] if argv is None else argv) or ["arm S"]
-    for name in arguments:
-        print(json.dumps(study(SCENES[name]()), indent=1))
+    """Prints a table a scene; `--json`: one JSON document a scene."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    as_json = "--json" in arguments
+    for name in [a for a in arguments if a != "--json"] or ["arm S"]:
+        found = study(SCENES[name]())
+        print(json.dumps(found, indent=1) if as_json else _table(found))
     return 0
+
+
+def _table(found: dict[str, Any]) -> str:
+    first, second = found["triangles"]
+    lines = [f"{found['scene']}: {first} x {second} triangles"]
+    lines.append(
+        f"{'pose':16}{'pruning':10}{'patch':>6}{'pairs':>15}{'fewer':>12}  time"
+    )
+    for row in found["rows"]:
+        share = row["share_of_all"]
+        fewer = f"x {1.0 / share:,.0f}" if share else "all"
+        patch = row["patch_size"] or "-"
+        lines.append(
+            f"{row['pose']:16}{row['pruning']:10}{patch:>6}"
+            f"{row['pairs_examined']:>15,}{fewer:>13}  {1e3 * row['seconds']:.3g} ms"
+        )
+    return "\n".join(lines)
 
 
 def study(scene: BenchScene) -> dict[str, object]:
