@@ -15,6 +15,10 @@ from borecheck.mesh import TriangleMesh
 # band, 5 to 50, where neither fits and the user is asked.
 _SMALLEST_SHARE = 0.05
 _LARGEST_SHARE = 5.0
+# A guess is made only where no other unit fits: a gantry in cm, taken as mm, is a
+# tenth of its size, and an arm inside its wall would be called clear.
+_ALSO_POSSIBLE = {"cm": 1e-2, "in": 0.0254}
+_OTHERS_LARGEST = 3.0
 
 
 def largest_extent(mesh: TriangleMesh) -> float:
@@ -34,16 +38,28 @@ def guess_unit(mesh: TriangleMesh, reference_size_m: float) -> tuple[str, str | 
         numbers are plausible as metres, the unit of everything here).
 
     Raises:
-        MeshError: Neither metres nor millimetres give a plausible size.
+        MeshError: Neither metres nor millimetres give a plausible size, or another
+            unit does, too.
     """
     size = largest_extent(mesh)
     if _is_plausible(size, reference_size_m):
         return "m", None
+    others = [
+        unit
+        for unit, length in _ALSO_POSSIBLE.items()
+        if _SMALLEST_SHARE <= size * length / reference_size_m <= _OTHERS_LARGEST
+    ]
+    if others:
+        raise MeshError(
+            mesh.name,
+            f"{_dimensions(mesh)} is no plausible size in m, and as {' or '.join(others)} "
+            "it is one: say the unit (FILE:mm, FILE:cm, FILE:in)",
+        )
     if _is_plausible(size * 1e-3, reference_size_m):
         return "mm", (
             f"mesh {mesh.name}: taken as millimetres, because {_dimensions(mesh)} m "
             f"does not fit a scene of {reference_size_m:g} m; "
-            "say the unit (FILE:mm) to be sure"
+            "say the unit (FILE:mm, FILE:cm ...) to be sure"
         )
     raise MeshError(
         mesh.name,

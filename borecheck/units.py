@@ -11,6 +11,9 @@ from borecheck.se3 import Array, transform
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180.0}
 
+# Whatever is placed in a scanner room stands nearer than this, [m].
+FARTHEST_POSE = 10.0
+
 _QUANTITY = re.compile(
     r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*", re.ASCII
 )
@@ -41,6 +44,11 @@ def parse_pose(text: str) -> Array:
     if len(parts) not in (3, 6):
         raise UsageError(f"pose {text!r} has {len(parts)} numbers, not 3 or 6")
     xyz = [parse_length(part) for part in parts[:3]]
+    if max(map(abs, xyz)) > FARTHEST_POSE:
+        raise UsageError(
+            f"pose {text!r} lies beyond {FARTHEST_POSE:g} m: are these millimetres? "
+            "Bare numbers are metres; write for example 800mm,0,0"
+        )
     rpy = [parse_angle(part) for part in parts[3:]] or [0.0, 0.0, 0.0]
     return transform(np.array(xyz), np.array(rpy))
 
@@ -48,7 +56,8 @@ def parse_pose(text: str) -> Array:
 def _parse(text: str, kind: str, units: dict[str, float], bare: str) -> float:
     match = _QUANTITY.fullmatch(text)
     if match is None:
-        raise UsageError(f"{text!r} is no {kind}; write for example 0.02 or 20{bare}")
+        example = "0.02 or 20mm" if kind == "length" else "0.2 or 15deg"
+        raise UsageError(f"{text!r} is no {kind}; write for example {example}")
     number, unit = match.groups()
     if unit and unit not in units:
         raise UsageError(

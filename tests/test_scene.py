@@ -149,3 +149,20 @@ def test_no_obstacle_is_not_clear():
     robot = bc.load_robot(ROBOTS / "two_link.urdf")
     verdict = bc.check(robot, bc.load_scene([]), [0.0])
     assert verdict.verdict == "unknown"
+
+
+@pytest.mark.parametrize("size", [200.0, 79.0, 299.0])
+def test_a_size_that_fits_another_unit_too_is_not_guessed(tmp_path, size):
+    """A 2 m gantry in cm (200) or inches (79), taken as mm, would be a small thing."""
+    write_stl(tmp_path / "gantry.stl", box("g", (size, size / 2, size / 5)))
+    with pytest.raises(MeshError, match="say the unit"):
+        bc.load_scene(str(tmp_path / "gantry.stl"))
+    stated = bc.load_scene(f"{tmp_path / 'gantry.stl'}:mm")
+    assert len(stated.obstacles) == 1
+
+
+@pytest.mark.parametrize("pose", ["0,0,-100", "800,0,0", "0,-10.5,0"])
+def test_a_pose_in_millimetres_is_refused(tmp_path, pose):
+    write_stl(tmp_path / "part.stl", box("p", (0.3, 0.3, 0.3)))
+    with pytest.raises(UsageError, match="millimetres"):
+        bc.load_scene(f"{tmp_path / 'part.stl'}:m@{pose}")
