@@ -52,8 +52,8 @@ def guess_unit(mesh: TriangleMesh, reference_size_m: float) -> tuple[str, str | 
     if others:
         raise MeshError(
             mesh.name,
-            f"{_dimensions(mesh)} is no plausible size in m, and as {' or '.join(others)} "
-            "it is one: say the unit (FILE:mm, FILE:cm, FILE:in)",
+            f"{_dimensions(mesh)} is no plausible size in m, but one in "
+            f"{' or '.join(others)}: say the unit (FILE:mm, FILE:cm, FILE:in)",
         )
     if _is_plausible(size * 1e-3, reference_size_m):
         return "mm", (

@@ -13,9 +13,10 @@ from borecheck.errors import (
     UrdfError,
     UsageError,
 )
+from borecheck.mesh import TriangleMesh
 from borecheck.mesh_file import write_stl
 from borecheck.primitives import box
-from borecheck.scene import read_obstacle
+from borecheck.scene import Obstacle, Scene, read_obstacle
 
 ROBOTS = Path(__file__).parent / "data" / "robots"
 
@@ -141,8 +142,12 @@ def test_refusals(tmp_path, block):
     with pytest.raises(BorecheckError):
         bc.load_scene("x" * 5000)
     robot = bc.load_robot(ROBOTS / "two_link.urdf")
+    mesh = box("far", (1.0, 1.0, 1.0))
+    moved = TriangleMesh("far", mesh.vertices + [1e13, 0.0, 0.0], mesh.triangles)
+    obstacle = Obstacle("far", "other", moved, "test")
+    far = Scene("far", None, {}, "test", (obstacle,), {}, (), ())
     with pytest.raises(BorecheckError, match="1e\\+12"):
-        bc.check(robot, bc.load_scene(f"{block}:m@1e300,0,0"), [0.0])
+        bc.check(robot, far, [0.0])
 
 
 def test_no_obstacle_is_not_clear():
