@@ -14,13 +14,17 @@ def _merged(vertices: Array, triangles: Indices) -> Indices:
 
 
 def is_closed(vertices: Array, triangles: Indices) -> bool:
-    """Whether every edge is run through once each way."""
+    """Whether every edge is run through as often one way as the other.
+
+    Solids that share an edge, as boxes face to face do, are closed together: what
+    winds round a point is then still a whole number of times.
+    """
     t = _merged(vertices, triangles)
     edges = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
     edges = edges[edges[:, 0] != edges[:, 1]]
-    forth, counts = np.unique(edges, axis=0, return_counts=True)
-    back = np.unique(edges[:, ::-1], axis=0)
-    return bool((counts == 1).all() and np.array_equal(forth, back))
+    forth, there = np.unique(edges, axis=0, return_counts=True)
+    back, again = np.unique(edges[:, ::-1], axis=0, return_counts=True)
+    return np.array_equal(forth, back) and np.array_equal(there, again)
 
 
 def connected_corners(vertices: Array, triangles: Indices) -> Array:

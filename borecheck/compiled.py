@@ -1,6 +1,7 @@
 """Says so when the contact kernels are about to be compiled for the first time."""
 
 import platform
+from hashlib import sha256
 from pathlib import Path
 
 from borecheck.cache import cache_folder
@@ -17,11 +18,15 @@ def announce_compilation() -> None:
 
     from borecheck import __version__
 
-    parts = (__version__, version("numba"), version("numpy"), platform.machine())
+    here = sha256(str(Path(__file__).parent).encode()).hexdigest()[:8]
+    parts = (__version__, version("numba"), version("numpy"), platform.machine(), here)
     mark = cache_folder() / f"compiled-{'-'.join(parts)}"
     if _exists(mark):
         return
-    say("borecheck: compiling the contact kernels, once for this installation ...")
+    say(
+        "borecheck: compiling the contact kernels, once for this installation; "
+        "this takes a minute or two ..."
+    )
     try:
         mark.parent.mkdir(parents=True, exist_ok=True)
         mark.touch()

@@ -160,10 +160,18 @@ def scene_with(
     else:
         if arguments:
             raise UsageError("scene arguments go with an installed scanner only")
+        if len(names) == 1:
+            _refuse_unknown_scanner(str(names[0]))
         scene = _empty(" + ".join(map(str, names)))
         scene = _with_files(scene, [str(n) for n in names], "other", package_paths)
     scene = _with_files(scene, obstacles, "other", package_paths)
     return _with_files(scene, patients, "patient", package_paths)
+
+
+def _refuse_unknown_scanner(name: str) -> None:
+    """A bare word that names no file is a scanner's name, misspelt."""
+    if re.fullmatch(r"[A-Za-z_]\w*", name) and not exists(Path(name)):
+        raise UnknownNameError("scanner", name, installed_names("scanners"))
 
 
 def _empty(name: str) -> Scene:

@@ -4,9 +4,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from borecheck.cli import join_signed, main
+from borecheck.mesh import TriangleMesh
 from borecheck.mesh_file import write_stl
 from borecheck.primitives import box
 
@@ -281,3 +283,71 @@ def test_out_is_the_same_document(capsys, block, tmp_path):
     assert [link["name"] for link in display["links"]] == ["base", "arm"]
     assert "arm" in display["frames"]
     assert display["motions"][0]["poses"] == 1
+
+
+@pytest.fixture
+def paths(tmp_path):
+    """A path that stays clear of the block, and one into it."""
+    clear, into, single = (tmp_path / f"{n}.csv" for n in ("clear", "into", "single"))
+    clear.write_text("j\n0\n-0.5\n")
+    into.write_text("j\n-0.5\n0.5\n")
+    single.write_text("j\n0\n")
+    return clear, into, single
+
+
+def test_an_earlier_certificate_does_not_outlive_a_contact_run(
+    capsys, block, tmp_path, paths
+):
+    clear, into, _ = paths
+    file = tmp_path / "certificate.json"
+    words = ("check", ROBOT, block, "--certificate", file, "--path")
+    assert run(capsys, *words, clear)[0] == 0
+    status, out, _ = run(capsys, "verify", file)
+    assert status == 0
+    assert "obstacles: block" in out
+    assert run(capsys, *words, into)[0] == 1
+    assert not file.exists()
+    assert not file.with_suffix(".npz").exists()
+
+
+def test_a_file_that_is_no_certificate_is_left_alone(capsys, block, tmp_path, paths):
+    file = tmp_path / "mine.json"
+    file.write_text("{}")
+    words = ("check", ROBOT, block, "--path", paths[0], "--certificate", file)
+    check_refused(capsys, *words, saying="no certificate")
+    assert file.read_text() == "{}"
+    check_refused(capsys, "verify", file, saying="is no path certificate")
+
+
+def test_boxes_face_to_face_are_certified_and_verified(capsys, tmp_path, paths):
+    """A gantry of touching boxes: its shared edges belong to four triangles."""
+    lower, upper = box("lower", (0.2, 0.2, 0.2)), box("upper", (0.2, 0.2, 0.2))
+    shifted = upper.vertices + [0.0, 0.0, 0.2]
+    mesh = TriangleMesh(
+        "stack",
+        np.concatenate([lower.vertices, shifted]),
+        np.concatenate([lower.triangles, upper.triangles + len(lower.vertices)]),
+    )
+    write_stl(tmp_path / "stack.stl", mesh)
+    file = tmp_path / "stack.json"
+    scene = f"{tmp_path / 'stack.stl'}:m@0.25,0,0.5"
+    words = ("check", ROBOT, scene, "--path", paths[0], "--certificate", file)
+    assert run(capsys, *words)[0] == 0
+    status, out, _ = run(capsys, "verify", file)
+    assert status == 0, out
+    assert out.startswith("ACCEPTED")
+
+
+def test_a_path_of_one_waypoint_is_refused(capsys, block, paths):
+    words = ("check", ROBOT, block, "--path", paths[2])
+    check_refused(capsys, *words, saying="one waypoint")
+
+
+def test_an_unknown_scanner_lists_the_known_ones(capsys):
+    words = ("check", "zerobot", "ct_gantrie", "--q", "home")
+    check_refused(capsys, *words, saying="did you mean 'ct_gantry'")
+
+
+def test_a_strangers_verdict_says_what_it_does_not_cover(capsys, block):
+    _, out, _ = run(capsys, "check", ROBOT, block, "--q", "0", "--format", "json")
+    assert len(json.loads(out)["not_modelled"]) >= 3

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from borecheck.commands import common
 from borecheck.commands.output import check_outputs, emit, wants_display
-from borecheck.errors import UsageError
+from borecheck.errors import PlanError, UsageError
 from borecheck.report.document import check_writable
 from borecheck.uncertainty.options import add_options as add_uncertainty_options
 from borecheck.units import parse_length
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from borecheck.needle_plan import NeedlePlan
     from borecheck.robot import Robot
     from borecheck.scene import Scene
+
+
+# Stands in every certificate (`borecheck.certificate.FORMAT`, not imported for speed).
+CERTIFICATE_MARK = "borecheck path certificate"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -141,6 +145,25 @@ def _check_certificate(args: argparse.Namespace) -> None:
         if path in (args.out, args.report):
             raise UsageError(f"--certificate and another option both write {path}")
         check_writable(path)
+    _remove_earlier(file)
+
+
+def _remove_earlier(file: Path) -> None:
+    """Takes away an earlier certificate of that name: it would pass for this run's.
+
+    Raises:
+        UsageError: What stands there is no certificate, and is left alone.
+    """
+    if not file.exists():
+        return
+    try:
+        is_certificate = CERTIFICATE_MARK in file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        is_certificate = False
+    if not is_certificate:
+        raise UsageError(f"--certificate {file}: is there already and no certificate")
+    file.unlink()
+    file.with_suffix(".npz").unlink(missing_ok=True)
 
 
 def _write_certificate(
@@ -193,6 +216,8 @@ def _path(
     from borecheck.report.document import motion_block
 
     waypoints = read_path(args.path, robot.model.joint_names)
+    if len(waypoints) == 1:
+        raise PlanError(args.path, "has one waypoint; a path needs two (a pose: --q)")
     motion = check_motion(
         robot,
         scene,

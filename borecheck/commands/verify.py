@@ -28,6 +28,8 @@ def run(args: argparse.Namespace) -> int:
     if not args.certificate.is_file():
         raise InputError(args.certificate, "there is no such file")
     answer = verify(args.certificate, args.meshes)
+    if answer.problems and answer.problems[0].startswith("not a certificate"):
+        raise InputError(args.certificate, "is no path certificate")
     if args.format == "json":
         document = {
             "schema_version": "1",
@@ -44,7 +46,23 @@ def run(args: argparse.Namespace) -> int:
         lines = [
             f"{mark}: {answer.intervals} intervals of {answer.pairs} pairs checked"
         ]
+        if answer.accepted:
+            lines += [f"  {line}" for line in _subject(args.certificate)]
         lines += [f"  {problem}" for problem in answer.problems]
         lines += [f"  not covered: {a} against {b}" for a, b in answer.not_covered]
         sys.stdout.write("\n".join(lines) + "\n")
     return ExitStatus.CLEAN if answer.accepted else ExitStatus.FINDINGS
+
+
+def _subject(certificate: Path) -> list[str]:
+    """What a certificate speaks of: motion, margin and surfaces, by their names."""
+    stated = json.loads(certificate.read_text(encoding="utf-8"))
+    names = [str(body["name"]) for body in stated["bodies"]]
+    parts = int(stated["part_count"])
+    waypoints = stated["waypoints"]
+    return [
+        f"motion of {len(waypoints)} waypoints, from {waypoints[0]} to {waypoints[-1]}",
+        f"margin {1e3 * stated['margin_m']:g} mm",
+        f"parts: {', '.join(names[:parts])}",
+        f"obstacles: {', '.join(names[parts:])}",
+    ]
