@@ -1,8 +1,8 @@
 """Will the robot touch anything at this configuration: one verdict from all pairs.
 
 A verdict is `clear` only if every pair of part and obstacle was examined, no surface
-meets another, no solid holds another, and the certified distance exceeds the margin.
-What the numbers leave open is `unknown`.
+meets another, no solid holds another, the certified distance exceeds the margin, and
+no obstacle's unit was guessed. What the numbers leave open is `unknown`.
 """
 
 import time
@@ -148,6 +148,8 @@ def check_with(
     answer = decide(findings, chosen.checker, chosen.margin, closest)
     if answer.verdict == CLEAR and chosen.checker != "exact":
         answer = _asked_again(robot, scene, placements, chosen, corridor, answer)
+    if answer.verdict == CLEAR and scene.doubt is not None:
+        answer = Answer(UNKNOWN, f"{scene.doubt}; {answer.reason}", answer.qualifiers)
     return Verdict(
         verdict=answer.verdict,
         reason=answer.reason,

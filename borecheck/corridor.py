@@ -1,6 +1,7 @@
 """Where the needle may be in the patient: along the plan's line, down to its target."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,17 +40,29 @@ class Corridor:
     radius: float
     slack: float = SLACK
 
+    @cached_property
+    def length(self) -> float:
+        """From entry to target, [m]."""
+        return float(np.linalg.norm(self.target - self.entry))
+
+    @cached_property
+    def direction(self) -> Array:
+        """Of the line, into the patient; length 1."""
+        return np.asarray((self.target - self.entry) / self.length, dtype=np.float64)
+
+    def coordinates(self, points: Array) -> tuple[Array, Array]:
+        """Depth of points (k, 3) along the line from the entry, and distance aside."""
+        from_entry = points - self.entry
+        depth = from_entry @ self.direction
+        aside = np.linalg.norm(from_entry - np.outer(depth, self.direction), axis=1)
+        return depth, aside
+
     def holds(self, points: Array) -> NDArray[np.bool_]:
         """Which of the points (k, 3) lie in the corridor."""
-        along = self.target - self.entry
-        length = float(np.linalg.norm(along))
-        direction = along / length
-        from_entry = points - self.entry
-        depth = from_entry @ direction
-        aside = np.linalg.norm(from_entry - np.outer(depth, direction), axis=1)
+        depth, aside = self.coordinates(points)
         return (
             (depth >= -self.slack)
-            & (depth <= length + self.slack)
+            & (depth <= self.length + self.slack)
             & (aside <= self.radius + self.slack)
         )
 
@@ -110,10 +123,8 @@ class Corridor:
     def _told(
         self, inside: Array, needle: TriangleMesh, patient: TriangleMesh
     ) -> Stray:
-        along = self.target - self.entry
-        length = float(np.linalg.norm(along))
-        depth = (inside - self.entry) @ (along / length)
-        beyond = float(depth.max()) - length
+        depth, _ = self.coordinates(inside)
+        beyond = float(depth.max()) - self.length
         where = f"{1e3 * beyond:.1f} mm beyond the target"
         if beyond <= self.slack:
             where = "aside of its line"

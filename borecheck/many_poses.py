@@ -44,9 +44,12 @@ def first_contacts(
         threads: How many poses are worked on at once.
 
     Raises:
-        UsageError: Wrong shape or numbers that are not finite.
+        UsageError: Wrong shape or numbers that are not finite; or the unit of an
+            obstacle was guessed, and a bare "no contact" could not say so.
         JointLimitError: A configuration beyond a joint limit: which one.
     """
+    if scene.doubt is not None:
+        raise UsageError(scene.doubt)
     batch = prepared(robot, scene)
     placements = batch.placements(checked_configurations(robot, qs))
     found = batch.obstacles.first_contacts(placements, narrowphase, threads)

@@ -36,6 +36,11 @@ def collada_conventions(data: bytes, file: File) -> tuple[float, str]:
     return metres, up_axis[1].decode() if up_axis else "Y_UP"
 
 
+def states_unit(data: bytes) -> bool:
+    """Whether the file says its unit; by the standard it is metres when unsaid."""
+    return _UNIT.search(data) is not None
+
+
 def parse_collada(data: bytes, file: File) -> RawMesh:
     """All triangles of the scene, in metres, in the order of its nodes.
 

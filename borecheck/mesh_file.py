@@ -27,6 +27,7 @@ __all__ = [
     "guess_unit",
     "read_mesh",
     "read_mesh_in_unit",
+    "states_unit",
     "unit_mistake",
     "write_stl",
     "zero_area_triangles",
@@ -77,6 +78,15 @@ def read_mesh_in_unit(
             f"mesh unit {unit!r} is no length (known: {', '.join(LENGTH_UNITS)})"
         )
     return read_mesh(path, LENGTH_UNITS[unit or "m"], name)
+
+
+def states_unit(path: Path) -> bool:
+    """Whether the file itself says its unit: Collada may, the others cannot."""
+    if path.suffix.lower() not in _BY_TRIMESH:
+        return False
+    from borecheck.mesh_collada import states_unit as collada_states_unit
+
+    return collada_states_unit(_content(path))
 
 
 def zero_area_triangles(mesh: TriangleMesh) -> NDArray[np.int64]:

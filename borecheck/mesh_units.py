@@ -2,8 +2,11 @@
 
 STL, OBJ and PLY files do not say their unit. The size of the scene around a mesh
 (the gantry, the robot) tells metres from millimetres, and nothing finer: centimetres
-and inches look like small metres or large millimetres and must be said.
+and inches look like small metres or large millimetres and must be said. A guess is
+good enough to show a scene and to find contact, never to call anything clear.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +24,29 @@ _ALSO_POSSIBLE = {"cm": 1e-2, "in": 0.0254}
 _OTHERS_LARGEST = 3.0
 
 
+@dataclass(frozen=True)
+class GuessedUnit:
+    """A unit that nobody stated.
+
+    Attributes:
+        file: The mesh file.
+        unit: What its numbers were taken for.
+        typed: What to type to state that unit, `FILE:mm[@pose]`.
+    """
+
+    file: str
+    unit: str
+    typed: str
+
+    @property
+    def doubt(self) -> str:
+        """Why nothing is clear yet, and what to do about it."""
+        return (
+            f"the unit of {self.file} was guessed ({self.unit}): "
+            f"type {self.typed} if that is right"
+        )
+
+
 def largest_extent(mesh: TriangleMesh) -> float:
     """Longest edge of the mesh's axis-aligned box, in the mesh's unit."""
     return float((mesh.bounds[1] - mesh.bounds[0]).max())
@@ -34,21 +60,22 @@ def guess_unit(mesh: TriangleMesh, reference_size_m: float) -> tuple[str, str | 
         reference_size_m: Size of the scene that the mesh belongs to, [m].
 
     Returns:
-        The unit, and a line for the user that says what was assumed (None when the
-        numbers are plausible as metres, the unit of everything here).
+        The unit, and a line for the user that says what was assumed; None when the
+        numbers are plausible as metres, the unit of everything here, and as nothing
+        else.
 
     Raises:
-        MeshError: Neither metres nor millimetres give a plausible size, or another
-            unit does, too.
+        MeshError: Neither metres nor millimetres give a plausible size, or not metres
+            but another unit besides millimetres.
     """
     size = largest_extent(mesh)
-    if _is_plausible(size, reference_size_m):
-        return "m", None
     others = [
         unit
         for unit, length in _ALSO_POSSIBLE.items()
         if _SMALLEST_SHARE <= size * length / reference_size_m <= _OTHERS_LARGEST
     ]
+    if _is_plausible(size, reference_size_m):
+        return "m", _also_possible(mesh, others)
     if others:
         raise MeshError(
             mesh.name,
@@ -59,7 +86,7 @@ def guess_unit(mesh: TriangleMesh, reference_size_m: float) -> tuple[str, str | 
         return "mm", (
             f"mesh {mesh.name}: taken as millimetres, because {_dimensions(mesh)} m "
             f"does not fit a scene of {reference_size_m:g} m; "
-            "say the unit (FILE:mm, FILE:cm ...) to be sure"
+            "nothing is called clear until the unit is stated (FILE:mm, FILE:cm ...)"
         )
     raise MeshError(
         mesh.name,
@@ -84,6 +111,18 @@ def unit_mistake(mesh: TriangleMesh, reference_size_m: float) -> str | None:
     return (
         f"mesh {mesh.name}: {_dimensions(mesh)} m beside a scene of "
         f"{reference_size_m:g} m looks 1000 times too {guess}"
+    )
+
+
+def _also_possible(mesh: TriangleMesh, others: list[str]) -> str | None:
+    """A line if metres are plausible but not alone: a 3 may be 3 m or 3 inches."""
+    if not others:
+        return None
+    words = ", ".join(f"FILE:{unit}" for unit in ("m", *others))
+    return (
+        f"mesh {mesh.name}: taken as metres, but {_dimensions(mesh)} is a plausible "
+        f"size in {' and '.join(others)}, too; nothing is called clear until the unit "
+        f"is stated ({words})"
     )
 
 

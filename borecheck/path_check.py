@@ -1,8 +1,8 @@
 """Is a motion clear at every instant: robots and scenes handed to the certified search.
 
 `path_search` knows frames and surfaces only. Here a robot's joints become its chain,
-its parts and the scene's obstacles become bodies, and the plan's corridor becomes the
-one pair that the certificate leaves out and says so.
+its parts and the scene's obstacles become bodies, and needle and patient become a
+passage: they may touch within the plan's corridor, and nowhere else.
 """
 
 from dataclasses import replace
@@ -24,6 +24,7 @@ from borecheck.motion_check import (
     checked_waypoints,
     sample_motion,
 )
+from borecheck.passage import Passage
 from borecheck.path_outcome import PathVerdict
 from borecheck.path_search import Body, PathProblem, search
 from borecheck.robot import Robot
@@ -63,20 +64,28 @@ def path_problem(
 ) -> PathProblem:
     """Robot and scene as the certified search sees them.
 
-    With a corridor, needle and patient are left out: the needle is meant to be there.
+    With a corridor, needle and patient are a passage: they may touch in it alone.
     """
     frame_of, chain = chain_of(robot)
     parts = tuple(
         Body(part.mesh.name, part.mesh, frame_of[part.link]) for part in robot.parts
     )
     obstacles = tuple(Body(o.name, o.mesh) for o in scene.obstacles)
-    excluded = frozenset(
-        (i, j)
+    passages = tuple(
+        Passage(i, j, corridor)
         for i, part in enumerate(robot.parts)
         for j, obstacle in enumerate(scene.obstacles)
         if corridor is not None and robot.may_enter(part.link, obstacle.role)
     )
-    return PathProblem(chain, parts, obstacles, robot.self_pairs, margin, excluded)
+    return PathProblem(
+        chain,
+        parts,
+        obstacles,
+        robot.self_pairs,
+        margin,
+        passages=passages,
+        doubt=scene.doubt,
+    )
 
 
 def chain_of(robot: Robot) -> tuple[dict[str, int], Chain]:
@@ -230,9 +239,8 @@ def write_path_certificate(
 
 
 def _left_out(problem: PathProblem) -> tuple[str, ...]:
-    """The pairs that the certificate leaves to the samples."""
+    """The pairs that nothing was asked about."""
     return tuple(
-        f"{problem.parts[i].name} in {problem.obstacles[j].name}: looked at in samples "
-        "only, to lie within the plan's corridor"
+        f"{problem.parts[i].name} and {problem.obstacles[j].name}: not examined"
         for i, j in sorted(problem.excluded)
     )

@@ -1,6 +1,6 @@
 """What is known of a motion, instant by instant, put together from all pairs."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,7 @@ class Timeline:
         self.span = span  # waypoint steps
         self.pieces = 0
         self.poses = 0
-        self.notes: list[str] = []
+        self.notes: dict[Names, str] = {}
         self.open: list[tuple[float, float, int, Names]] = []
         self.first_touch: tuple[float, float, Names] | None = None
         self.contained: list[tuple[Names, str]] = []
@@ -79,9 +79,9 @@ class Timeline:
         self.pieces += int(pieces)
         self.poses += int(poses)
 
-    def note(self, text: str) -> None:
-        """Adds a reason for what stays unknown."""
-        self.notes.append(text)
+    def note(self, names: Names, text: str) -> None:
+        """Adds a reason why something about a pair stays unknown."""
+        self.notes.setdefault(names, text)
 
     def add(self, names: Names, findings: Array) -> None:
         """Findings (from, to, outcome) of one pair in order, in waypoints."""
@@ -149,6 +149,24 @@ def path_verdict(timeline: Timeline, pairs: int) -> PathVerdict:
     )
 
 
+def in_doubt(found: PathVerdict, doubt: str) -> PathVerdict:
+    """The same without `clear`, because the numbers may mean something else."""
+    intervals = tuple(
+        Stretch(s.start, s.end, UNKNOWN if s.verdict == CLEAR else s.verdict, s.pairs)
+        for s in found.intervals
+    )
+    if found.verdict != CLEAR:
+        return replace(found, intervals=intervals)
+    return replace(
+        found,
+        verdict=UNKNOWN,
+        reason=f"{doubt}; {found.reason}",
+        certified=False,
+        intervals=intervals,
+        worst=0.0,
+    )
+
+
 def _judgement(
     timeline: Timeline,
     stretches: tuple[Stretch, ...],
@@ -165,7 +183,7 @@ def _judgement(
     left = [s for s in stretches if s.verdict == UNKNOWN]
     if left:
         s = left[0]
-        why = timeline.notes[0] if timeline.notes else "no gap could be shown there"
+        why = timeline.notes.get(s.pairs[0], "no gap could be shown there")
         who = " and ".join(s.pairs[0])
         return UNKNOWN, f"{who} between {s.start:.6f} and {s.end:.6f}: {why}"
     if pairs == 0:

@@ -18,9 +18,16 @@ from borecheck.bvh import MeshTree
 from borecheck.errors import GeometryError, UsageError
 from borecheck.mesh import TriangleMesh
 from borecheck.motion_bounds import WORLD, Chain, Route, mesh_radius, route
+from borecheck.passage import Passage, examine_passage
 from borecheck.path_containment import examine_containment
 from borecheck.path_distance import by_distance
-from borecheck.path_outcome import PathVerdict, Stretch, Timeline, path_verdict
+from borecheck.path_outcome import (
+    PathVerdict,
+    Stretch,
+    Timeline,
+    in_doubt,
+    path_verdict,
+)
 from borecheck.se3 import check_transform
 from borecheck.solid import Topology, topology
 from borecheck.swept_boxes import LARGEST_PLACE
@@ -94,6 +101,8 @@ class PathProblem:
         margin: Required clearance to obstacles (not among parts), [m].
         excluded: Pairs (part, obstacle) that are not examined; the caller answers
             for them.
+        passages: Pairs that may touch within a corridor, and only there.
+        doubt: Why nothing may be called clear, whatever is proven; or None.
     """
 
     chain: Chain
@@ -102,6 +111,8 @@ class PathProblem:
     self_pairs: tuple[tuple[int, int], ...] = ()
     margin: float = 0.0
     excluded: frozenset[tuple[int, int]] = frozenset()
+    passages: tuple[Passage, ...] = ()
+    doubt: str | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.margin) and self.margin >= 0.0):
@@ -109,15 +120,20 @@ class PathProblem:
         for part in self.parts:
             if not 0 <= part.frame < self.chain.frame_count:
                 raise GeometryError(f"{part.name} is fixed to no frame of the chain")
+        for passage in self.passages:
+            patient = self.obstacles[passage.obstacle]
+            if not np.array_equal(patient.T_frame_mesh, np.eye(4)):
+                raise GeometryError(f"{patient.name}: its mesh must be in the world")
 
     @cached_property
     def pairs(self) -> tuple["Pair", ...]:
-        """Everything that is examined."""
+        """Everything that is examined, but for passages."""
+        apart = self.excluded | {(p.part, p.obstacle) for p in self.passages}
         against_obstacles = [
             Pair(part, obstacle, self.margin)
             for i, part in enumerate(self.parts)
             for j, obstacle in enumerate(self.obstacles)
-            if (i, j) not in self.excluded
+            if (i, j) not in apart
         ]
         within_robot = [
             Pair(self.parts[i], self.parts[j], 0.0) for i, j in self.self_pairs
@@ -219,7 +235,14 @@ def search(
         _examine(problem.chain, pair, way, motion, resolution, piece_limit, timeline)
     for pair, way in zip(problem.pairs, problem.routes, strict=True):
         examine_containment(problem.chain, pair, way, motion, timeline)
-    return path_verdict(timeline, len(problem.pairs))
+    for passage in problem.passages:
+        needle = problem.parts[passage.part]
+        patient = problem.obstacles[passage.obstacle]
+        examine_passage(
+            problem.chain, needle, patient, passage.corridor, motion, timeline
+        )
+    verdict = path_verdict(timeline, len(problem.pairs) + len(problem.passages))
+    return verdict if problem.doubt is None else in_doubt(verdict, problem.doubt)
 
 
 def _checked(chain: Chain, waypoints: ArrayLike) -> Array:
@@ -321,7 +344,7 @@ def _examine(
     if found:
         timeline.add(pair.names, findings[:found])
     if looked > piece_limit:
-        timeline.note(f"gave up on {' and '.join(pair.names)} after {looked} pieces")
+        timeline.note(pair.names, f"gave up after {looked} pieces")
 
 
 def _examined_by_distance(

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +16,8 @@ from borecheck.description import (
 )
 from borecheck.errors import MeshError, UnknownNameError, UrdfError, UsageError
 from borecheck.mesh import TriangleMesh
-from borecheck.mesh_file import read_mesh_in_unit
-from borecheck.mesh_units import guess_unit, unit_mistake
+from borecheck.mesh_file import read_mesh_in_unit, states_unit
+from borecheck.mesh_units import GuessedUnit, guess_unit, unit_mistake
 from borecheck.model import RobotModel
 from borecheck.parts import collision_parts, links_without_collision
 from borecheck.placing import place_mesh
@@ -42,12 +42,15 @@ class Obstacle:
         role: scanner, couch, patient or other.
         mesh: Triangles in the scanner's frame, [m].
         source: File or description it was read from.
+        guessed_unit: Set when nobody stated the unit of its file; then nothing is
+            clear of it.
     """
 
     name: str
     role: str
     mesh: TriangleMesh
     source: str
+    guessed_unit: GuessedUnit | None = None
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,13 @@ class Scene:
     not_modelled: tuple[str, ...]
     warnings: tuple[str, ...]
 
+    @property
+    def doubt(self) -> str | None:
+        """Why nothing may be called clear in this scene: units that were guessed."""
+        guesses = (o.guessed_unit for o in self.obstacles)
+        doubts = dict.fromkeys(guess.doubt for guess in guesses if guess is not None)
+        return "; ".join(doubts) or None
+
     def with_obstacles(
         self,
         more: Iterable[Obstacle],
@@ -104,9 +114,7 @@ class Scene:
             while name in taken:
                 name = f"{obstacle.name}#{count}"
                 count += 1
-            obstacles.append(
-                Obstacle(name, obstacle.role, obstacle.mesh, obstacle.source)
-            )
+            obstacles.append(replace(obstacle, name=name))
         return Scene(
             self.name,
             self.description,
@@ -246,44 +254,67 @@ def read_obstacle(
     """
     if role not in ROLES:
         raise UnknownNameError("role", role, ROLES)
-    path, unit, T_scene_file = _split(text)
+    path, unit, pose = _split(text)
+    T_scene_file = parse_pose(pose) if pose is not None else np.eye(4)
     if path.suffix in URDF_SUFFIXES:
         if unit is not None:
             raise UsageError(f"{path} is in metres as every URDF: leave out :{unit}")
         return _urdf_obstacles(path, role, T_scene_file, package_paths)
-    mesh, warnings = _strange_mesh(path, unit)
+    if unit is not None:
+        mesh, guessed, warning = _stated_mesh(path, unit), None, None
+    else:
+        mesh, guessed, warning = _unstated_mesh(path, pose)
     placed = place_mesh(T_scene_file, mesh)
-    return FileObstacles((Obstacle(path.stem, role, placed, str(path)),), warnings)
+    obstacle = Obstacle(path.stem, role, placed, str(path), guessed)
+    return FileObstacles((obstacle,), (f"{path}: {warning}",) if warning else ())
 
 
-def _split(text: str) -> tuple[Path, str | None, Array]:
-    """File, unit and placement; a file whose name holds : or @ is taken whole."""
+def _split(text: str) -> tuple[Path, str | None, str | None]:
+    """File, unit and pose; a file whose name holds : or @ is taken whole."""
     if exists(Path(text)):
-        return Path(text), None, np.eye(4)
-    rest, at, pose = text.rpartition("@") if "@" in text else (text, "", "")
-    T_scene_file = parse_pose(pose) if at else np.eye(4)
+        return Path(text), None, None
+    whole = re.fullmatch(r"(.+):([A-Za-z]+)", text)
+    if whole is not None and exists(Path(whole[1])):
+        rest, pose = text, None
+    else:
+        rest, pose = _cut(text)
     match = re.fullmatch(r"(.+):([A-Za-z]+)", rest)
     if match is None:
-        return Path(rest), None, T_scene_file
+        return Path(rest), None, pose
     file, unit = match.groups()
     if unit not in LENGTH_UNITS:
         raise UsageError(
             f"unit {unit!r} of {file} is none of {', '.join(LENGTH_UNITS)}"
         )
-    return Path(file), unit, T_scene_file
+    return Path(file), unit, pose
 
 
-def _strange_mesh(path: Path, unit: str | None) -> tuple[TriangleMesh, tuple[str, ...]]:
-    if unit is not None:
-        mesh = read_mesh_in_unit(path, unit)
-        mistake = unit_mistake(mesh, REFERENCE_SIZE)
-        if mistake is not None:
-            raise MeshError(path, mistake)
-        return mesh, ()
+def _cut(text: str) -> tuple[str, str | None]:
+    """What stands before the last @, and the pose behind it."""
+    rest, at, pose = text.rpartition("@")
+    return (rest, pose) if at else (text, None)
+
+
+def _stated_mesh(path: Path, unit: str) -> TriangleMesh:
+    mesh = read_mesh_in_unit(path, unit)
+    mistake = unit_mistake(mesh, REFERENCE_SIZE)
+    if mistake is not None:
+        raise MeshError(path, mistake)
+    return mesh
+
+
+def _unstated_mesh(
+    path: Path, pose: str | None
+) -> tuple[TriangleMesh, GuessedUnit | None, str | None]:
+    """The mesh in the unit its size tells, and what was guessed about it."""
     raw = read_mesh_in_unit(path, "m")
     unit, warning = guess_unit(raw, REFERENCE_SIZE)
+    if warning is None or (unit == "m" and states_unit(path)):
+        return raw, None, None
     mesh = raw if unit == "m" else read_mesh_in_unit(path, unit)
-    return mesh, (f"{path}: {warning}",) if warning else ()
+    at = f"@{pose}" if pose is not None else ""
+    guessed = GuessedUnit(str(path), unit, f"{path}:{unit}{at}")
+    return mesh, guessed, warning
 
 
 def _urdf_obstacles(

@@ -96,6 +96,7 @@ def run(args: argparse.Namespace) -> int:
         **header("check", args.argv, args.date),
         "robot": robot_block(robot),
         "scene": scene_block(scene),
+        "warnings": [*robot.warnings, *scene.warnings],
     }
     document |= _answer(args, robot, scene, chosen)
     weighed(document)

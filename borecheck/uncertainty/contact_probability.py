@@ -42,7 +42,8 @@ class ContactProbability:
         margin_for_risk_m: Nominal clearance that keeps the risk, to first order, [m].
         drawn_margin_for_risk_m: The same from the draws; None where they are too few
             or where the draws it rests on are in contact.
-        within_risk: Whether the risk is kept; None where the draws leave it open.
+        within_risk: Whether the risk is kept; None where the draws leave it open or
+            an obstacle's unit was guessed.
         samples: Draws.
         seed: Of the draws.
         names: The quantities that are uncertain.
@@ -111,6 +112,7 @@ def contact_probability(
     hits = int((drawn <= margin).sum())
     interval = _interval(hits, samples)
     bounds = cuts.bounds(margin) if cuts else None
+    kept = _within(interval, bounds, risk)
     return ContactProbability(
         probability=hits / samples if samples else None,
         interval=interval,
@@ -122,7 +124,7 @@ def contact_probability(
         risk=risk,
         margin_for_risk_m=cuts.margin(risk) if cuts else None,
         drawn_margin_for_risk_m=_drawn_margin(nominal, drawn, risk),
-        within_risk=_within(interval, bounds, risk),
+        within_risk=None if kept and scene.doubt else kept,
         samples=samples,
         seed=seed,
         names=uncertainty.names,

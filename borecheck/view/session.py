@@ -159,7 +159,13 @@ class Session:
         """
         found = read_obstacle(file, "patient")
         kept = tuple(o for o in self.scene.obstacles if o.role != "patient")
-        scene = replace(self.scene, obstacles=kept)
+        gone = {o.source for o in self.scene.obstacles} - {o.source for o in kept}
+        warnings = tuple(
+            text
+            for text in self.scene.warnings
+            if not any(text.startswith(f"{source}: ") for source in gone)
+        )
+        scene = replace(self.scene, obstacles=kept, warnings=warnings)
         more = scene.with_obstacles(found.obstacles, found.warnings, found.not_modelled)
         return replace(self, scene=more)
 
@@ -212,6 +218,7 @@ class Session:
             **header("check", ["view", self.robot.name, self.scene.name], None),
             "robot": robot_block(self.robot),
             "scene": scene_block(self.scene),
+            "warnings": [*self.robot.warnings, *self.scene.warnings],
         }
         if not self.follows_plans:
             verdict = check_with(self.robot, self.scene, q, chosen)
