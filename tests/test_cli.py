@@ -227,6 +227,24 @@ def test_plans_with_the_contract_keys(capsys):
     assert "contact" in verdicts
 
 
+def test_a_plan_that_is_reachable_only_the_other_way_round_says_so(capsys, tmp_path):
+    head, *rows = PLANS.read_text().splitlines()
+    assert head == "name,entry_x,entry_y,entry_z,target_x,target_y,target_z"
+    name, *numbers = rows[0].split(",")
+    plans = tmp_path / "plans.csv"
+    swapped = ",".join([name, *numbers[3:], *numbers[:3]])
+    plans.write_text(f"{head}\n{swapped}\nfar,0,0,2.0,0,0,1.9\n")
+    words = ("check", "zerobot", "ct_gantry", "--plan", plans, "--samples", "2")
+    status, out, _ = run(capsys, *words, "--no-certificate", "--format", "json")
+    first, far = json.loads(out)["plans"]
+    assert status == 2
+    assert (first["verdict"], first["reachable"]) == ("unknown", False)
+    assert "out of reach" in first["reason"]
+    assert "entry and target look swapped" in first["reason"]
+    assert "out of reach" in far["reason"]
+    assert "swapped" not in far["reason"]
+
+
 def test_interrupted_plans_keep_what_is_finished(capsys, monkeypatch):
     from borecheck.commands import check
 

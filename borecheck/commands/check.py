@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -299,7 +300,7 @@ def _one_plan(
     try:
         motion = plan_motion(robot, plan)
     except UnreachableError as error:
-        reason = str(error)
+        reason = f"{error}{_swapped(robot, plan)}"
         return {**named, "verdict": "unknown", "reason": reason, "reachable": False}
     answer = check_motion(
         robot,
@@ -317,6 +318,17 @@ def _one_plan(
         "not_covered": list(answer.not_covered),
         **motion_block(answer, robot.model.joint_names),
     }
+
+
+def _swapped(robot: "Robot", plan: "NeedlePlan") -> str:
+    """What to add to "out of reach" where the same needle would do the other way."""
+    from borecheck.plan_motion import UnreachableError, plan_motion
+
+    try:
+        plan_motion(robot, replace(plan, entry=plan.target, target=plan.entry))
+    except UnreachableError:
+        return ""
+    return "; entry and target look swapped: the other way round the plan is reachable"
 
 
 def _notes(plan: "NeedlePlan") -> list[str]:
