@@ -18,7 +18,8 @@ from borecheck.bvh import MeshTree
 from borecheck.errors import GeometryError, UsageError
 from borecheck.mesh import TriangleMesh
 from borecheck.motion_bounds import WORLD, Chain, Route, mesh_radius, route
-from borecheck.passage import Passage, examine_passage
+from borecheck.passage import Passage
+from borecheck.passage_search import examine_passage
 from borecheck.path_containment import examine_containment
 from borecheck.path_distance import by_distance
 from borecheck.path_outcome import (

@@ -1,0 +1,197 @@
+"""What the needle sweeps, told in the coordinates of its corridor: is that allowed?
+
+Needle and patient are meant to touch, in the corridor alone. Everything is told by
+depth along the corridor's line, 0 at the entry, and by the distance aside of it. What a
+triangle of the needle sweeps is held by a slab: a solid cylinder about the line. The
+needle's inside is between its surfaces and lies in the slabs as well.
+
+In the corridor. What reaches deeper than the corridor's near end must be no farther
+aside and no deeper than the corridor allows. Then it may touch or be in the patient.
+
+Before it. What lies before the near end must be clear of the patient. The slabs there,
+cut off at that end, are joined by the line they are about; if no triangle of the
+patient, cut off likewise, comes as near to the line as the slab is wide, none meets
+them, and one point known to be outside the patient shows that all of them are.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.bvh import MeshTree
+from borecheck.corridor import Corridor
+from borecheck.placing import place_vertices
+from borecheck.solid import Side, side_of
+
+if TYPE_CHECKING:
+    from borecheck.path_search import Body
+
+Array = NDArray[np.float64]
+
+# Slabs are so much larger than they come out: far more than rounding up to 100 m, [m].
+RESERVE = 1e-9
+# Into so many lengths the needle is divided at most where one width is too wide.
+MOST_SLABS = 64
+
+EYE = np.eye(4)
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """A part that may be in an obstacle, within a corridor; both as indices.
+
+    Attributes:
+        part: The needle, among a problem's parts.
+        obstacle: The patient, among its obstacles.
+        corridor: Where the one may be in the other, in the world's frame.
+    """
+
+    part: int
+    obstacle: int
+    corridor: Corridor
+
+
+@dataclass(frozen=True, eq=False)
+class Slabs:
+    """Solid cylinders about the corridor's line.
+
+    Attributes:
+        low: Least depth, (m,), [m].
+        high: Largest depth, (m,).
+        aside: Radius, (m,).
+        tail: Depth beyond which not all of the needle ever is.
+    """
+
+    low: Array
+    high: Array
+    aside: Array
+    tail: float
+
+    @classmethod
+    def of(cls, depth: Array, aside: Array, grow: float) -> "Slabs":
+        """Slabs that hold every triangle at some instants and all its places near by.
+
+        Args:
+            depth: Of every triangle's corners at some instants, (k, m, 3).
+            aside: Their distances aside.
+            grow: How far any point strays from what its places there span, [m].
+        """
+        return cls(
+            depth.min(axis=(0, 2)) - grow,
+            depth.max(axis=(0, 2)) + grow,
+            aside.max(axis=(0, 2)) + grow,
+            float(depth.max(axis=0).min()) + grow,
+        )
+
+    def before(self, near: float) -> "Slabs":
+        """What of them has no larger depth than that."""
+        kept = self.low < near
+        high = np.minimum(self.high[kept], near)
+        return Slabs(self.low[kept], high, self.aside[kept], self.tail)
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """What of the patient lies before the corridor's near end.
+
+    Attributes:
+        patient: The patient, in the world.
+        corridor: The corridor.
+    """
+
+    patient: "Body"
+    corridor: Corridor
+
+    @cached_property
+    def _cut(self) -> MeshTree | None:
+        """The patient's surface before the near end; None: there is none."""
+        corners = self.patient.mesh.corners
+        depth, _ = self.corridor.coordinates(corners.reshape(-1, 3))
+        kept = cut_off(corners, depth.reshape(-1, 3), RESERVE - self.corridor.slack)
+        if len(kept) == 0:
+            return None
+        vertices = kept.reshape(-1, 3)
+        triangles = np.arange(len(vertices)).reshape(-1, 3)
+        return MeshTree(vertices, triangles, cached=False)
+
+    def allows(self, slabs: Slabs) -> bool:
+        """Whether the needle may be anywhere in its slabs.
+
+        A needle that goes in with its tail is not allowed: nothing of it is then known
+        to be outside.
+        """
+        near = -self.corridor.slack
+        deep = slabs.high > near
+        deepest = self.corridor.length + self.corridor.slack
+        if slabs.tail >= near or (slabs.high[deep] > deepest).any():
+            return False
+        if (slabs.aside[deep] > self.corridor.radius + self.corridor.slack).any():
+            return False
+        return self.is_free(slabs.before(near))
+
+    def is_free(self, slabs: Slabs) -> bool:
+        """Whether the patient neither meets nor holds the slabs, none of it deeper."""
+        low, high = float(slabs.low.min()), float(slabs.high.max())
+        if not self._is_outside(low):
+            return False
+        if self._is_apart(low, high, float(slabs.aside.max())):
+            return True
+        cuts = np.unique(np.concatenate([slabs.low, slabs.high]))
+        if len(cuts) > MOST_SLABS + 1:
+            cuts = np.linspace(low, high, MOST_SLABS + 1)
+        for begin, end in pairwise(cuts):
+            over = (slabs.low < end) & (slabs.high > begin)
+            # between slabs the line alone joins them
+            wide = float(slabs.aside[over].max(initial=RESERVE))
+            if not self._is_apart(float(begin), float(end), wide):
+                return False
+        return True
+
+    def _is_apart(self, low: float, high: float, aside: float) -> bool:
+        """Whether no triangle comes that near to a stretch of the line."""
+        ends = self.corridor.entry + np.outer([low, high], self.corridor.direction)
+        line = MeshTree(ends, np.array([[0, 1, 1]]), cached=False)
+        if line.within(self.patient.tree, EYE, EYE, aside).verdict == "clear":
+            return True
+        cut = self._cut
+        return cut is None or line.within(cut, EYE, EYE, aside).verdict == "clear"
+
+    def _is_outside(self, depth: float) -> bool:
+        point = self.corridor.entry + depth * self.corridor.direction
+        low, high = self.patient.mesh.bounds
+        if (point < low).any() or (point > high).any():
+            return True
+        if not self.patient.topology.is_closed:
+            return False
+        return side_of(point, self.patient.mesh) is Side.OUTSIDE
+
+
+def cut_off(corners: Array, depth: Array, limit: float) -> Array:
+    """What of triangles (m, 3, 3) has a depth (m, 3) up to a limit, as triangles."""
+    kept = [corners[(depth <= limit).all(axis=1)]]
+    partly = (depth <= limit).any(axis=1) & (depth > limit).any(axis=1)
+    for triangle, d in zip(corners[partly], depth[partly], strict=True):
+        polygon = []
+        for i in range(3):
+            j = (i + 1) % 3
+            if d[i] <= limit:
+                polygon.append(triangle[i])
+            if (d[i] <= limit) != (d[j] <= limit):
+                share = (limit - d[i]) / (d[j] - d[i])
+                polygon.append(triangle[i] + share * (triangle[j] - triangle[i]))
+        fan = [
+            [polygon[0], polygon[k], polygon[k + 1]] for k in range(1, len(polygon) - 1)
+        ]
+        kept.append(np.array(fan))
+    return np.concatenate(kept)
+
+
+def told(needle: "Body", corridor: Corridor, T: Array) -> tuple[Array, Array]:
+    """Depth and distance aside of the needle's corners, placed by T, (m, 3) each."""
+    points = place_vertices(np.ascontiguousarray(T), needle.mesh.vertices)
+    depth, aside = corridor.coordinates(points)
+    return depth[needle.mesh.triangles], aside[needle.mesh.triangles]
