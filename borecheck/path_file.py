@@ -1,14 +1,23 @@
-"""A joint path from a CSV file: joint names in the header, SI, a waypoint a line."""
+"""A joint path from a CSV file: joint names in the header, a waypoint a line.
+
+Radians and metres; another unit stands in the column's name: `elbow_deg`, `slide_mm`.
+"""
 
 import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.csv_columns import (
+    ColumnError,
+    refuse_mixed,
+    separator_problem,
+    unit_columns,
+)
 from borecheck.errors import PlanError, UnknownNameError
 
 MAX_BYTES = 50_000_000
@@ -17,12 +26,16 @@ MAX_BYTES = 50_000_000
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
-def read_path(path: Path, joint_names: Sequence[str]) -> NDArray[np.float64]:
+def read_path(
+    path: Path, joint_names: Sequence[str], sliding: Collection[str] = ()
+) -> NDArray[np.float64]:
     """Waypoints (k, n) in the order of the joints, [m] and [rad].
 
     Args:
-        path: CSV; every joint is a column, in any order.
+        path: CSV; every joint is a column, in any order; NAME_deg, NAME_mm ... state
+            another unit than SI, for all joints of a kind or for none.
         joint_names: The robot's free joints.
+        sliding: Which of them slide; the others turn.
 
     Raises:
         PlanError: The file cannot be read, a column is missing, unknown or doubled, or
@@ -32,7 +45,7 @@ def read_path(path: Path, joint_names: Sequence[str]) -> NDArray[np.float64]:
     if not rows:
         raise PlanError(path, "is empty")
     header = [cell.strip() for cell in rows[0][1]]
-    _check_header(path, header, joint_names)
+    columns = _columns(path, header, joint_names, sliding)
     if len(rows) < 2:
         raise PlanError(path, "has a header but no waypoint")
     waypoints = np.zeros((len(rows) - 1, len(joint_names)))
@@ -40,9 +53,10 @@ def read_path(path: Path, joint_names: Sequence[str]) -> NDArray[np.float64]:
         if len(row) != len(header):
             problem = f"has {len(row)} cells, the header has {len(header)}"
             raise PlanError(path, problem, f"line {line}")
-        for name, cell in zip(header, row, strict=True):
-            value = _number(path, line, name, cell)
-            waypoints[k, joint_names.index(name)] = value
+        for joint, name in enumerate(joint_names):
+            index, factor = columns[name]
+            value = _number(path, line, header[index], row[index])
+            waypoints[k, joint] = factor * value
     return waypoints
 
 
@@ -76,15 +90,28 @@ def _text(path: Path) -> str:
         raise PlanError(path, f"cannot be read as text: {error}") from error
 
 
-def _check_header(path: Path, header: list[str], joint_names: Sequence[str]) -> None:
-    for name in header:
-        if name not in joint_names:
-            raise PlanError(path, str(UnknownNameError("joint", name, joint_names)))
-        if header.count(name) > 1:
-            raise PlanError(path, f"column {name} is there twice")
-    missing = [name for name in joint_names if name not in header]
+def _columns(
+    path: Path,
+    header: list[str],
+    joint_names: Sequence[str],
+    sliding: Collection[str],
+) -> dict[str, tuple[int, float]]:
+    """Place and factor to SI of every joint."""
+    problem = separator_problem(header)
+    if problem is not None:
+        raise PlanError(path, problem)
+    turning = [name for name in joint_names if name not in sliding]
+    slides = [name for name in joint_names if name in sliding]
+    try:
+        columns = unit_columns(header, turning, slides, "joint")
+        refuse_mixed(header, turning)
+        refuse_mixed(header, slides)
+    except (ColumnError, UnknownNameError) as error:
+        raise PlanError(path, str(error)) from error
+    missing = [name for name in joint_names if name not in columns]
     if missing:
         raise PlanError(path, f"has no column for {', '.join(missing)}")
+    return columns
 
 
 def _number(path: Path, line: int, name: str, cell: str) -> float:

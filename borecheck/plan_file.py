@@ -15,6 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from borecheck.csv_columns import separator_problem
 from borecheck.errors import PlanError
 from borecheck.needle_plan import NeedlePlan
 from borecheck.plan_fields import (
@@ -146,8 +147,9 @@ def _from_csv(text: str, file: str) -> tuple[NeedlePlan, ...]:
 
 def _header(cells: list[str], file: str, where: str) -> list[str]:
     known = (*COLUMNS, *OPTIONAL)
-    if len(cells) == 1 and (";" in cells[0] or "\t" in cells[0]):
-        raise PlanError(file, "columns must be separated by commas", where)
+    problem = separator_problem(cells)
+    if problem is not None:
+        raise PlanError(file, problem, where)
     for cell in cells:
         if cell not in known:
             raise PlanError(file, unknown_line("column", cell, known), where)

@@ -356,6 +356,19 @@ def test_boxes_face_to_face_are_certified_and_verified(capsys, tmp_path, paths):
     assert out.startswith("ACCEPTED")
 
 
+def test_a_path_in_degrees_is_the_same_motion(capsys, block, tmp_path):
+    answers = []
+    for header, factor in (("j", 1.0), ("j_deg", 180.0 / np.pi)):
+        path = tmp_path / f"{header}.csv"
+        path.write_text(f"{header}\n{-0.2 * factor!r}\n{0.1 * factor!r}\n")
+        words = ("check", ROBOT, block, "--path", path, "--samples", "3")
+        _, out, _ = run(capsys, *words, "--format", "json")
+        answers.append(json.loads(out)["path"]["waypoints"])
+    assert answers[0] == [{"j": -0.2}, {"j": 0.1}]
+    for plain, converted in zip(*answers, strict=True):
+        assert converted == pytest.approx(plain, rel=1e-15)
+
+
 def test_a_path_of_one_waypoint_is_refused(capsys, block, paths):
     words = ("check", ROBOT, block, "--path", paths[2])
     check_refused(capsys, *words, saying="one waypoint")

@@ -20,6 +20,29 @@ def test_columns_go_by_name(tmp_path):
     assert np.array_equal(read_path(file, JOINTS), [[2.0, 1.0], [-0.5, 0.3]])
 
 
+def test_units_stand_in_the_names(tmp_path):
+    file = path_of(tmp_path, "slide_mm,q1_deg,lift_cm\n20,-180,1\n")
+    found = read_path(file, ("q1", "slide", "lift"), sliding=("slide", "lift"))
+    np.testing.assert_allclose(found, [[-np.pi, 0.02, 0.01]], rtol=1e-15)
+    told = path_of(tmp_path, "q1_rad,slide_m\n1,2\n")
+    assert np.array_equal(read_path(told, ("q1", "slide"), ("slide",)), [[1.0, 2.0]])
+
+
+def test_a_kind_may_be_told_and_the_other_bare(tmp_path):
+    file = path_of(tmp_path, "q1,slide_mm\n1,20\n")
+    found = read_path(file, ("q1", "slide"), sliding=("slide",))
+    np.testing.assert_allclose(found, [[1.0, 0.02]], rtol=1e-15)
+
+
+def test_a_joints_own_name_comes_first(tmp_path):
+    """A joint that is called `elbow_deg` is that joint, in radians."""
+    file = path_of(tmp_path, "elbow_deg,elbow\n1,2\n")
+    assert np.array_equal(read_path(file, ("elbow", "elbow_deg")), [[2.0, 1.0]])
+    twice = path_of(tmp_path, "elbow_deg,elbow_deg_deg\n1,2\n")
+    with pytest.raises(PlanError, match="twice"):
+        read_path(twice, ("elbow", "elbow_deg"))
+
+
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_any_line_end_blank_lines_and_byte_order_mark(tmp_path, end):
     text = end.join(["\ufeffq1, q2", "", " 1 ,2", "", "", "3,4", ""])
@@ -36,7 +59,15 @@ def test_any_line_end_blank_lines_and_byte_order_mark(tmp_path, end):
         ("q1\n1\n", "no column for q2"),
         ("q1,q2,q3\n1,2,3\n", "unknown joint 'q3'"),
         ("q1,q1,q2\n1,2,3\n", "twice"),
-        ("q1;q2\n1;2\n", "unknown joint 'q1;q2'"),
+        ("q1;q2\n1;2\n", "separated by commas, not semicolons"),
+        ("q1\tq2\n1\t2\n", "separated by commas, not tabs"),
+        ("q1_deg,q2_mm\n1,2\n", "'mm' is no unit of q2, which is an angle"),
+        ("q1_degrees,q2_deg\n1,2\n", "(known: q1, q1_rad, q1_deg)"),
+        ("q1_deg,q2\n1,2\n", "q1_deg says its unit and q2 does not"),
+        ("q1,q1_deg,q2\n1,2,3\n", "'q1' is there twice (as q1 and q1_deg)"),
+        ("q1_deg,q1_rad,q2_deg\n1,2,3\n", "'q1' is there twice"),
+        ("q1_deg,q3_deg\n1,2\n", "unknown joint 'q3_deg'"),
+        ("q1_deg,q2_deg\n1,nan\n", "line 2, q2_deg: 'nan'"),
         ("q1,q2\n1\n", "line 2: has 1 cells"),
         ("q1,q2\n\n\n1,2\n\n3,4,5\n", "line 6: has 3 cells"),
         ("q1,q2\n1,nan\n", "line 2, q2: 'nan'"),

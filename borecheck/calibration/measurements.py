@@ -14,12 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.calibration.serial_arm import SerialArm
-from borecheck.errors import InputError
+from borecheck.csv_columns import (
+    ColumnError,
+    refuse_mixed,
+    separator_problem,
+    unit_columns,
+)
+from borecheck.errors import InputError, UnknownNameError
 
 Array = NDArray[np.float64]
-
-ANGLE_UNITS = {"": 1.0, "_rad": 1.0, "_deg": np.pi / 180.0}
-LENGTH_UNITS = {"": 1.0, "_m": 1.0, "_mm": 1e-3, "_cm": 1e-2}
 
 # Joints nearer than this stand still: [rad], far below any encoder's pulse.
 STILL = 1e-9
@@ -171,21 +174,19 @@ def _columns(
         names = ",".join(wanted)
         problem = f"its columns have no names; the first line must be {names}"
         raise InputError(path, problem, "line 1")
-    lengths = [*arm.held, *"xyz"]
-    known = {n + u: (n, f) for n in arm.joint_names for u, f in ANGLE_UNITS.items()}
-    known |= {n + u: (n, f) for n in lengths for u, f in LENGTH_UNITS.items()}
-    found: dict[str, tuple[int, float]] = {}
-    for i, column in enumerate(header):
-        if column == "moving":
-            continue
-        if column not in known:
-            listed = ", ".join([*arm.joint_names, *lengths, "moving"])
-            problem = f"unknown column {column!r} (known: {listed})"
-            raise InputError(path, problem, "line 1")
-        name, factor = known[column]
-        if name in found:
-            raise InputError(path, f"column {name!r} is there twice", "line 1")
-        found[name] = (i, factor)
+    separated = separator_problem(header)
+    if separated is not None:
+        raise InputError(path, separated, "line 1")
+    named = [column for column in header if column != "moving"]
+    try:
+        columns = unit_columns(named, arm.joint_names, [*arm.held, *"xyz"])
+        refuse_mixed(named, arm.joint_names)
+    except (ColumnError, UnknownNameError) as error:
+        raise InputError(path, str(error), "line 1") from error
+    found = {
+        name: (header.index(named[index]), factor)
+        for name, (index, factor) in columns.items()
+    }
     missing = [n for n in wanted if n not in found]
     if missing:
         raise InputError(path, f"column {', '.join(missing)} is missing", "line 1")

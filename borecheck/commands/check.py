@@ -177,13 +177,12 @@ def _write_certificate(
 ) -> None:
     """Writes what a clear path is certified by; any other verdict has nothing."""
     from borecheck.path_check import write_path_certificate
-    from borecheck.path_file import read_path
     from borecheck.progress import say
 
     if not document["path"]["certified"]:
         say(f"borecheck: no certificate written: the path is {document['verdict']}")
         return
-    waypoints = read_path(args.path, robot.model.joint_names)
+    waypoints = common.waypoints(robot, args.path)
     margin = chosen.margin.size
     write_path_certificate(robot, scene, waypoints, margin, args.certificate)
 
@@ -213,11 +212,10 @@ def _path(
     args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
 ) -> dict[str, Any]:
     from borecheck.path_check import check_motion
-    from borecheck.path_file import read_path
     from borecheck.progress import Progress
     from borecheck.report.document import motion_block
 
-    waypoints = read_path(args.path, robot.model.joint_names)
+    waypoints = common.waypoints(robot, args.path)
     if len(waypoints) == 1:
         raise PlanError(args.path, "has one waypoint; a path needs two (a pose: --q)")
     motion = check_motion(

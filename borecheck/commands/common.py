@@ -10,6 +10,9 @@ from borecheck.errors import UnknownNameError, UsageError
 from borecheck.units import parse_joint_value, parse_pose
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from borecheck.model import RobotModel
     from borecheck.robot import Robot
     from borecheck.scene import Scene
@@ -180,6 +183,19 @@ def configuration(robot: "Robot", text: str) -> list[float]:
         parse_joint_value(part, revolute=joint.is_angle)
         for part, joint in zip(parts, model.free_joints, strict=True)
     ]
+
+
+def waypoints(robot: "Robot", path: Path) -> "NDArray[np.float64]":
+    """The waypoints of a path file, (k, joints), [m] and [rad].
+
+    Raises:
+        PlanError: The file cannot be used.
+    """
+    from borecheck.path_file import read_path
+
+    joints = robot.model.free_joints
+    sliding = [joint.name for joint in joints if not joint.is_angle]
+    return read_path(path, robot.model.joint_names, sliding)
 
 
 def _by_name(model: "RobotModel", parts: Sequence[str]) -> list[float]:

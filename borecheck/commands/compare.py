@@ -106,9 +106,7 @@ def _configurations(args: argparse.Namespace, robot: "Robot") -> NDArray[np.floa
         rng = np.random.default_rng(args.seed)
         return robot.model.random_configurations(rng, count)
     if args.path is not None:
-        from borecheck.path_file import read_path
-
-        motions = [read_path(args.path, robot.model.joint_names)]
+        motions = [common.waypoints(robot, args.path)]
     else:
         from borecheck.plan_file import read_plans
         from borecheck.plan_motion import plan_motion
