@@ -39,6 +39,7 @@ from borecheck.verdict import (
     CLEAR,
     CONTACT,
     UNKNOWN,
+    Closest,
     Containment,
     Verdict,
     pairs_of,
@@ -145,6 +146,8 @@ def check_with(
         findings.contained += containment.all_contained(
             robot, scene, placements, findings.punctured
         )
+    if any(pair.holds for pair in findings.contained):
+        closest, links = None, _without_held(links, findings)
     answer = decide(findings, chosen.checker, chosen.margin, closest)
     if answer.verdict == CLEAR and chosen.checker != "exact":
         answer = _asked_again(robot, scene, placements, chosen, corridor, answer)
@@ -159,7 +162,7 @@ def check_with(
         pruning="own" if chosen.checker == "coal" else chosen.pruning,
         margin_m=chosen.margin.size,
         margin_kind=chosen.margin.kind,
-        clearance_m=closest.distance if closest else None,
+        clearance_m=_clearance(closest, links),
         closest=closest,
         contacts=tuple(findings.contacts),
         self_contacts=tuple(findings.self_contacts),
@@ -172,6 +175,21 @@ def check_with(
         q=tuple(float(value) for value in q),
         link_clearance=links,
     )
+
+
+def _without_held(
+    links: dict[str, float] | None, findings: Findings
+) -> dict[str, float] | None:
+    """Clearances in which a part that holds or is held has none."""
+    if links is None:
+        return None
+    return {**links, **{c.link: 0.0 for c in findings.contained if c.holds}}
+
+
+def _clearance(closest: Closest | None, links: dict[str, float] | None) -> float | None:
+    if closest is not None:
+        return closest.distance
+    return min(links.values(), default=None) if links else None
 
 
 def _examine_obstacles(
@@ -250,7 +268,9 @@ def _examine_puncture(
     if stray is not None and meant.all():
         state = "a_in_b" if stray.certain else UNKNOWN
         findings.contained.append(
-            Containment(part.mesh.name, obstacle.name, state, stray.reason)
+            Containment(
+                part.mesh.name, obstacle.name, obstacle.role, state, stray.reason
+            )
         )
 
 

@@ -42,12 +42,13 @@ def all_contained(
             if (part.mesh.name, obstacle.name) in punctured:
                 continue
             b = surface(obstacle.mesh)
-            found += _ask(part.mesh.name, obstacle.name, a, placements[part.link], b)
+            T, names = placements[part.link], (part.mesh.name, obstacle.name)
+            found += _ask(*names, obstacle.role, a, T, b)
     for i, j in robot.self_pairs:
         first, second = robot.parts[i], robot.parts[j]
         T_a, T_b = placements[first.link], placements[second.link]
         a, b = surface(first.mesh), surface(second.mesh)
-        found += _ask(first.mesh.name, second.mesh.name, a, T_a, b, T_b)
+        found += _ask(first.mesh.name, second.mesh.name, "self", a, T_a, b, T_b)
     return found
 
 
@@ -81,6 +82,7 @@ def _has_component_within(obstacle: Surface, low: Array, high: Array) -> bool:
 def _ask(
     name_a: str,
     name_b: str,
+    role: str,
     a: Surface,
     T_a: Array,
     b: Surface,
@@ -94,7 +96,7 @@ def _ask(
     if answer.kind == "none":
         return []
     state = UNKNOWN if answer.kind == "unknown" else answer.kind
-    return [Containment(name_a, name_b, state, answer.reason)]
+    return [Containment(name_a, name_b, role, state, answer.reason)]
 
 
 def boxes_apart(a: Surface, T_a: Array, b: Surface, T_b: Array | None) -> bool:

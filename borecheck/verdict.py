@@ -31,12 +31,26 @@ class TrianglePair:
 
 @dataclass(frozen=True)
 class Containment:
-    """One solid wholly inside another, or a pair for which that cannot be told."""
+    """One solid wholly inside another, or a pair for which that cannot be told.
+
+    Attributes:
+        link: Robot's part.
+        obstacle: Obstacle, or the other part.
+        role: The obstacle's role, or "self".
+        state: a_in_b (the link is inside), b_in_a, or unknown.
+        reason: One sentence.
+    """
 
     link: str
     obstacle: str
+    role: str
     state: str
     reason: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether robot and surroundings are surely in contact by this."""
+        return self.state != UNKNOWN and self.role != "self"
 
 
 @dataclass(frozen=True)
@@ -76,8 +90,10 @@ class Verdict:
         pruning: How pairs were kept from the narrowphase.
         margin_m: Required clearance to obstacles, [m].
         margin_kind: offset, enlarge-axes, enlarge-axes:world or security.
-        clearance_m: Distance between robot and obstacles, [m]; None if in contact.
-        closest: Where that is.
+        clearance_m: Distance between robot and obstacles, [m]; in contact None, or 0
+            where the clearance of every part was asked for. A solid inside another is
+            in contact, however far its surface is from the other's.
+        closest: Where that is; None where a solid holds another.
         self_clearance: Nearest parts of the robot that must not touch; None unless
             asked for.
         contacts: Triangle pairs in contact, robot against obstacles.

@@ -1,5 +1,6 @@
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -372,6 +373,23 @@ def test_a_path_in_degrees_is_the_same_motion(capsys, block, tmp_path):
 def test_a_path_of_one_waypoint_is_refused(capsys, block, paths):
     words = ("check", ROBOT, block, "--path", paths[2])
     check_refused(capsys, *words, saying="one waypoint")
+
+
+def test_a_contained_robot_has_no_clearance_in_text_and_page(capsys, tmp_path, paths):
+    write_stl(tmp_path / "room.stl", box("room", (4.0, 4.0, 4.0)))
+    room, page = f"{tmp_path / 'room.stl'}:m@0.3,0,0", tmp_path / "page.html"
+    status, out, _ = run(capsys, "check", ROBOT, room, "--q", "0")
+    assert status == 1
+    assert out.startswith("CONTACT (contained): ")
+    assert "clearance" not in out
+    for what in (("--q", "0"), ("--path", paths[0], "--samples", "3")):
+        assert run(capsys, "check", ROBOT, room, *what, "--report", page)[0] == 1
+        text = page.read_text().split("borecheck-result")[0]
+        assert "none, in contact" in text
+        assert "Inside one another" in text
+        rows = re.findall(r'data-value="([^"]*)">[^<]* mm</td>', text)
+        assert rows
+        assert {float(value) for value in rows} == {0.0}
 
 
 def test_an_unknown_scanner_lists_the_known_ones(capsys):

@@ -79,6 +79,28 @@ def test_inside_a_solid_is_contact(arm):
     assert verdict.verdict == "contact"
     assert verdict.qualifiers == ("contained",)
     assert {c.link for c in verdict.contained} == {"arm", "base"}
+    assert {(c.role, c.state) for c in verdict.contained} == {("other", "a_in_b")}
+
+
+def test_inside_a_solid_there_is_no_clearance(arm):
+    """The surfaces are metres apart; a number beside CONTACT would mislead."""
+    scene = scene_of(block(-5.0, size=10.0, z=0.0))
+    verdict = bc.check(arm, scene, [0.0])
+    assert verdict.clearance_m is None
+    assert verdict.closest is None
+    shown = check_with(arm, scene, [0.0], settings(link_clearance=True))
+    assert shown.clearance_m == 0.0
+    assert shown.closest is None
+    assert shown.link_clearance == {"arm": 0.0, "base": 0.0}
+
+
+def test_an_obstacle_inside_a_part_takes_only_that_parts_clearance(arm):
+    inside = block(-0.005, size=0.01)
+    shown = check_with(arm, scene_of(inside), [0.0], settings(link_clearance=True))
+    assert shown.qualifiers == ("contained",)
+    assert {(c.link, c.state) for c in shown.contained} == {("arm", "b_in_a")}
+    assert shown.link_clearance["arm"] == 0.0
+    assert shown.link_clearance["base"] > 0.1
 
 
 def test_inside_an_open_surface_is_unknown(arm):

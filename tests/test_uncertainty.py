@@ -12,6 +12,7 @@ from scipy.stats import norm
 from borecheck.errors import InputError, JointLimitError, UsageError
 from borecheck.mesh import TriangleMesh
 from borecheck.mesh_file import write_stl
+from borecheck.primitives import box
 from borecheck.robot import Robot, load_robot
 from borecheck.scene import Obstacle, Scene, load_scene
 from borecheck.uncertainty.asked import add_probabilities, prepared
@@ -339,3 +340,24 @@ def test_plans_are_judged_one_by_one_with_their_corridor(
     assert "lower bound" in document["plans"][0]["uncertainty"]["note"]
     assert document["verdict"] == "unknown"
     assert lines({"verdict": "clear"}) == []
+
+
+def test_inside_a_solid_contact_is_certain(slide: Robot) -> None:
+    """Far from any surface: the distance of surfaces alone would call it safe."""
+    mesh = box("room", (3.0, 3.0, 3.0))
+    uncertainty = from_document({"joints": {"s": "1mm"}}, slide)
+    found = []
+    for triangles in (mesh.triangles, mesh.triangles[1:]):
+        room = TriangleMesh("room", mesh.vertices, triangles)
+        obstacle = Obstacle("room", "other", room, "made here")
+        scene = Scene("room", None, {}, "as given", (obstacle,), {}, (), ())
+        found.append(
+            contact_probability(
+                slide, scene, [0.0], uncertainty, risk=0.1, samples=50, seed=1
+            )
+        )
+    closed, opened = found
+    assert (closed.clearance_m, closed.probability) == (0.0, 1.0)
+    assert closed.first_order is None
+    assert closed.within_risk is False
+    assert opened.within_risk is None  # nobody knows what an open surface holds

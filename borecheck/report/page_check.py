@@ -80,6 +80,8 @@ def _worst_pose(path: Mapping[str, Any]) -> int:
 
 
 def _least(poses: Sequence[Mapping[str, Any]]) -> float | None:
+    if any(c["state"] != "unknown" for p in poses for c in p["contained"]):
+        return 0.0  # a solid holds another, however far apart their surfaces are
     found = [p["clearance_m"] for p in poses if p["clearance_m"] is not None]
     return min(found) if found else None
 

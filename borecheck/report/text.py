@@ -48,10 +48,12 @@ def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
     margin = document["margin_m"]
     kept = f"margin {millimetres(margin)} ({document['margin_kind']})"
     lines.append(f"{checker}, {kept if margin else 'no margin'}")
-    if document["clearance_m"] is not None:
+    if document["closest"] is not None:
         closest = document["closest"]
+        within = document["self_contacts"] or document["contained"]
+        what = "clearance to the obstacles" if within else "clearance"
         lines.append(
-            f"clearance {millimetres(document['clearance_m'])}: "
+            f"{what} {millimetres(document['clearance_m'])}: "
             f"{closest['link']} to {closest['obstacle']}"
         )
     lines += _contact_lines(document)

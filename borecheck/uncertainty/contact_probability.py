@@ -3,7 +3,8 @@
 To first order the distance is the smallest of some linear functions of the errors (see
 `linear`). By Monte Carlo the clearance is worked out anew for every draw. The first is
 fast and reaches small probabilities, the second assumes nothing about shapes; where
-they differ by more than the interval, trust the second.
+they differ by more than the interval, trust the second. Where nominally a solid holds
+another there is contact, however far apart the surfaces are.
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck import clearance
+from borecheck import clearance, containment
 from borecheck.corridor import Corridor
 from borecheck.errors import UsageError
 from borecheck.robot import Robot
@@ -20,6 +21,7 @@ from borecheck.scene import Scene
 from borecheck.uncertainty import linear
 from borecheck.uncertainty.covariance import Uncertainty
 from borecheck.uncertainty.disturbed import Disturbed
+from borecheck.verdict import UNKNOWN, Containment
 
 Array = NDArray[np.float64]
 
@@ -35,15 +37,15 @@ class ContactProbability:
         interval: Exact 95 % interval of it.
         first_order: By the linear model; None where the nominal robot is in contact.
         first_order_bounds: The likeliest single cut, and the sum of all.
-        clearance_m: Nominal clearance, [m].
+        clearance_m: Nominal clearance, [m]; 0 if a solid holds another.
         sigma_m: Largest standard deviation of a near distance, [m].
         margin_m: Required clearance that was asked about, [m].
         risk: The chosen risk.
         margin_for_risk_m: Nominal clearance that keeps the risk, to first order, [m].
         drawn_margin_for_risk_m: The same from the draws; None where they are too few
             or where the draws it rests on are in contact.
-        within_risk: Whether the risk is kept; None where the draws leave it open or
-            an obstacle's unit was guessed.
+        within_risk: Whether the risk is kept; None where the draws leave it open, an
+            obstacle's unit was guessed, or an open surface may hold something.
         samples: Draws.
         seed: Of the draws.
         names: The quantities that are uncertain.
@@ -104,15 +106,19 @@ def contact_probability(
     """
     check_request(risk, samples)
     disturbed = Disturbed(robot, robot.model.check_limits(q), uncertainty)
-    nominal = _clearance(
-        robot, scene, disturbed.placements(_zero(uncertainty)), corridor
-    )
+    placements = disturbed.placements(_zero(uncertainty))
+    inside = _contained(robot, scene, placements, corridor)
+    held = any(pair.holds for pair in inside)
+    nominal = 0.0 if held else _clearance(robot, scene, placements, corridor)
     cuts = linear.cuts(disturbed, scene, corridor) if nominal > 0.0 else None
-    drawn = _draws(disturbed, scene, uncertainty, samples, seed, corridor)
+    drawn = _draws(disturbed, scene, uncertainty, samples, seed, corridor, solids=held)
     hits = int((drawn <= margin).sum())
     interval = _interval(hits, samples)
     bounds = cuts.bounds(margin) if cuts else None
     kept = _within(interval, bounds, risk)
+    open_question = scene.doubt is not None or any(
+        pair.state == UNKNOWN for pair in inside
+    )
     return ContactProbability(
         probability=hits / samples if samples else None,
         interval=interval,
@@ -124,7 +130,7 @@ def contact_probability(
         risk=risk,
         margin_for_risk_m=cuts.margin(risk) if cuts else None,
         drawn_margin_for_risk_m=_drawn_margin(nominal, drawn, risk),
-        within_risk=None if kept and scene.doubt else kept,
+        within_risk=None if kept and open_question else kept,
         samples=samples,
         seed=seed,
         names=uncertainty.names,
@@ -167,17 +173,20 @@ def _draws(
     samples: int,
     seed: int,
     corridor: Corridor | None,
+    *,
+    solids: bool,
 ) -> Array:
-    """Clearances of the draws, (samples,), [m]."""
+    """Clearances of the draws, (samples,), [m]; `solids`: also ask who holds whom."""
     rng = np.random.default_rng(seed)
     root = linear.square_root(uncertainty.covariance)
     xs = rng.standard_normal((samples, len(root))) @ root.T
-    return np.array(
-        [
-            _clearance(disturbed.robot, scene, disturbed.placements(x), corridor)
-            for x in xs
-        ]
-    )
+    robot, found = disturbed.robot, np.zeros(samples)
+    for k, x in enumerate(xs):
+        placements = disturbed.placements(x)
+        inside = _contained(robot, scene, placements, corridor) if solids else []
+        if not any(pair.holds for pair in inside):
+            found[k] = _clearance(robot, scene, placements, corridor)
+    return found
 
 
 def _clearance(
@@ -187,6 +196,19 @@ def _clearance(
     if found is None:
         raise UsageError("there is no obstacle to be clear of")
     return found.distance
+
+
+def _contained(
+    robot: Robot, scene: Scene, placements: dict[str, Array], corridor: Corridor | None
+) -> list[Containment]:
+    """Solids that hold others; needle and patient apart where a plan leads in."""
+    meant = [
+        (part.mesh.name, obstacle.name)
+        for part in robot.parts
+        for obstacle in scene.obstacles
+        if corridor is not None and robot.may_enter(part.link, obstacle.role)
+    ]
+    return containment.all_contained(robot, scene, placements, meant)
 
 
 def _interval(hits: int, samples: int) -> tuple[float, float]:
