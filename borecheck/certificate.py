@@ -17,7 +17,12 @@ Times count waypoints: 0 at the first, n - 1 at the last, straight in between.
 """
 
 import hashlib
+import io
 import json
+import os
+import re
+import tempfile
+import zipfile
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -39,6 +44,8 @@ FORMAT_VERSION = 1
 MOST_INTERVALS = 5_000
 # By how much the clearance must exceed margin and displacement, [m].
 RESERVE = 1e-8
+# Names of the arrays in the file of meshes.
+_MESH_ARRAY = re.compile(r"[0-9a-f]{64}\.(vertices|triangles)")
 
 
 def certificate(
@@ -91,18 +98,67 @@ def digest(content: dict[str, Any]) -> str:
 def write_certificate(
     file: str | Path, document: dict[str, Any], problem: PathProblem
 ) -> None:
-    """Writes a certificate, and beside it `<name>.npz` with the meshes it names."""
+    """Writes a certificate, and beside it `<name>.npz` with the meshes it names.
+
+    Both or neither: they are written under other names first, an earlier pair goes
+    before the new one comes, and the certificate itself comes last. Whenever this is
+    interrupted, no certificate stands beside the meshes of another.
+
+    Raises:
+        BorecheckError: They cannot be written; nothing is left of them.
+    """
     file = Path(file)
+    meshes = file.with_suffix(".npz")
     arrays: dict[str, Any] = {}
     for body in _bodies(problem):
         arrays[f"{body.mesh.sha256}.vertices"] = body.mesh.vertices
         arrays[f"{body.mesh.sha256}.triangles"] = body.mesh.triangles
+    packed = io.BytesIO()
+    np.savez_compressed(packed, **arrays)
+    text = json.dumps(document, indent=1)
+    partial: list[Path] = []
     try:
-        with file.with_suffix(".npz").open("wb") as stream:
-            np.savez_compressed(stream, **arrays)
-        file.write_text(json.dumps(document, indent=1), encoding="utf-8")
+        for target, content in ((meshes, packed.getvalue()), (file, text.encode())):
+            partial.append(_written_beside(target, content))
+        file.unlink(missing_ok=True)
+        try:
+            partial[0].replace(meshes)
+            partial[1].replace(file)
+        except BaseException:
+            meshes.unlink(missing_ok=True)  # without its certificate it is of no use
+            raise
     except OSError as error:
         raise BorecheckError(f"{file} cannot be written: {error.strerror}") from error
+    finally:
+        for temporary in partial:
+            temporary.unlink(missing_ok=True)
+
+
+def holds_certified_meshes(file: Path) -> bool:
+    """Whether a file is one of meshes that `write_certificate` left beside another."""
+    try:
+        with np.load(file, allow_pickle=False) as arrays:
+            return all(_MESH_ARRAY.fullmatch(name) for name in arrays.files)
+    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile):
+        return False
+
+
+def _written_beside(target: Path, content: bytes) -> Path:
+    """A new file with this content in the target's folder, whole on the disk."""
+    folder = target.absolute().parent
+    handle, name = tempfile.mkstemp(dir=folder, prefix=f".{target.name}-")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        mask = os.umask(0)
+        os.umask(mask)
+        Path(name).chmod(0o666 & ~mask)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+    return Path(name)
 
 
 def _bodies(problem: PathProblem) -> tuple[Body, ...]:

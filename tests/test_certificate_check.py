@@ -4,6 +4,7 @@ import ast
 import copy
 import json
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,14 @@ import pytest
 from numpy.typing import NDArray
 
 from borecheck import certificate_check, certificate_distance, certificate_solid
-from borecheck.certificate import certificate, digest, write_certificate
+from borecheck.certificate import (
+    certificate,
+    digest,
+    holds_certified_meshes,
+    write_certificate,
+)
 from borecheck.certificate_check import verify
+from borecheck.errors import BorecheckError
 from borecheck.mesh import TriangleMesh
 from borecheck.motion_bounds import SLIDES, TURNS, Chain
 from borecheck.path_search import Body, PathProblem, path_motion, search
@@ -328,3 +335,56 @@ def test_winding_and_parts() -> None:
     for place, expected in ((0.0, 1), (1.0, 1), (0.5, 0)):
         point = np.array([place, 0.01, 0.02])
         assert certificate_solid.winding_number(point, triangles) == expected
+
+
+@pytest.mark.parametrize("cause", [KeyboardInterrupt, OSError])
+@pytest.mark.parametrize("moment", [1, 2, 3, 4])
+def test_an_interrupted_write_leaves_no_half_beside_another(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    document: Document,
+    problem: PathProblem,
+    moment: int,
+    cause: type[BaseException],
+) -> None:
+    """Stopped at any of its file operations: the old pair is there, or nothing."""
+    file = tmp_path / "path.json"
+    write_certificate(file, document, problem)
+    before = _contents(tmp_path)
+    assert set(before) == {"path.json", "path.npz"}
+    calls = 0
+
+    def stopped(real: Callable[..., Any]) -> Callable[..., Any]:
+        def operation(*args: Any, **kwargs: Any) -> Any:
+            nonlocal calls
+            calls += 1
+            if calls == moment:
+                raise cause("stopped")
+            return real(*args, **kwargs)
+
+        return operation
+
+    with monkeypatch.context() as patched:
+        patched.setattr(tempfile, "mkstemp", stopped(tempfile.mkstemp))
+        patched.setattr(Path, "replace", stopped(Path.replace))
+        with pytest.raises((KeyboardInterrupt, BorecheckError)):
+            write_certificate(file, {**document, "margin_m": 0.0}, problem)
+    assert calls == moment
+    assert _contents(tmp_path) == (before if moment <= 2 else {})
+
+
+def test_a_new_pair_replaces_the_old_one(
+    tmp_path: Path, document: Document, problem: PathProblem
+) -> None:
+    file = tmp_path / "path.json"
+    file.write_text("old")
+    file.with_suffix(".npz").write_bytes(b"old")
+    assert not holds_certified_meshes(file.with_suffix(".npz"))
+    write_certificate(file, document, problem)
+    assert verify(file).accepted
+    assert holds_certified_meshes(file.with_suffix(".npz"))
+    assert set(_contents(tmp_path)) == {"path.json", "path.npz"}
+
+
+def _contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}

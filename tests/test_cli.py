@@ -338,6 +338,21 @@ def test_a_file_that_is_no_certificate_is_left_alone(capsys, block, tmp_path, pa
     check_refused(capsys, "verify", file, saying="is no path certificate")
 
 
+def test_meshes_without_their_certificate_are_taken_away_or_left_alone(
+    capsys, block, tmp_path, paths
+):
+    clear, into, _ = paths
+    file, meshes = tmp_path / "c.json", tmp_path / "c.npz"
+    words = ("check", ROBOT, block, "--certificate", file, "--path")
+    assert run(capsys, *words, clear)[0] == 0
+    file.unlink()
+    assert run(capsys, *words, into)[0] == 1
+    assert not meshes.exists()
+    np.savez(meshes, mine=np.zeros(3))
+    check_refused(capsys, *words, clear, saying="holds no meshes of a certificate")
+    assert meshes.exists()
+
+
 def test_boxes_face_to_face_are_certified_and_verified(capsys, tmp_path, paths):
     """A gantry of touching boxes: its shared edges belong to four triangles."""
     lower, upper = box("lower", (0.2, 0.2, 0.2)), box("upper", (0.2, 0.2, 0.2))

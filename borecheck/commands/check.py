@@ -154,18 +154,29 @@ def _remove_earlier(file: Path) -> None:
     """Takes away an earlier certificate of that name: it would pass for this run's.
 
     Raises:
-        UsageError: What stands there is no certificate, and is left alone.
+        UsageError: What stands there is no certificate, or meshes of none, and is left
+            alone.
     """
-    if not file.exists():
-        return
-    try:
-        is_certificate = CERTIFICATE_MARK in file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        is_certificate = False
-    if not is_certificate:
+    meshes = file.with_suffix(".npz")
+    if file.exists() and not _is_certificate(file):
         raise UsageError(f"--certificate {file}: is there already and no certificate")
-    file.unlink()
-    file.with_suffix(".npz").unlink(missing_ok=True)
+    if meshes.exists():
+        from borecheck.certificate import holds_certified_meshes
+
+        if not holds_certified_meshes(meshes):
+            raise UsageError(
+                f"--certificate {file}: {meshes} is there already and holds no meshes "
+                "of a certificate"
+            )
+    file.unlink(missing_ok=True)
+    meshes.unlink(missing_ok=True)
+
+
+def _is_certificate(file: Path) -> bool:
+    try:
+        return CERTIFICATE_MARK in file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return False
 
 
 def _write_certificate(
