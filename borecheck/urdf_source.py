@@ -119,6 +119,15 @@ def read_bytes(path: Path) -> bytes:
         raise UrdfError(path, error.strerror or str(error)) from error
 
 
+def _encoded(text: str, file: str) -> bytes:
+    try:
+        return text.encode()
+    except UnicodeEncodeError as error:
+        line = text.count("\n", 0, error.start) + 1
+        problem = "not well-formed XML: half of a character (a lone surrogate)"
+        raise UrdfError(file, problem, f"line {line}") from error
+
+
 def read(
     data: bytes | str, file: str, origins: Sequence[tuple[Path, int]] = ()
 ) -> Source:
@@ -132,7 +141,7 @@ def read(
     Raises:
         UrdfError: Not well-formed (with line and column), empty, or refused.
     """
-    raw = data.encode() if isinstance(data, str) else data
+    raw = _encoded(data, file) if isinstance(data, str) else data
     if isinstance(data, str):
         raw = re.sub(
             rb"^(\s*<\?xml[^>]*?)\s+encoding\s*=\s*[\"'][^\"']*[\"']", rb"\1", raw

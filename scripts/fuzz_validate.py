@@ -7,6 +7,7 @@ Without atheris the same inputs come from a seeded generator (`--plain N`), whic
 nothing but borecheck; the tests run a little of it.
 """
 
+import os
 import random
 import sys
 from pathlib import Path
@@ -89,21 +90,36 @@ def main() -> None:
     if "--plain" in sys.argv:
         plain(int(sys.argv[sys.argv.index("--plain") + 1]))
         return
+    guided()
+
+
+def guided() -> None:
+    """Inputs that reach new lines of borecheck are kept and changed further."""
     import atheris
 
     with atheris.instrument_imports(include=["borecheck"]):
-        import borecheck.validation  # noqa: F401
-    seeds = seed_files()
+        from borecheck.validation.registry import all_checks
+
+        all_checks()  # imports the checks
+        check(seed_files()[0])  # and what they import when they are first run
+    seeds, words = seed_files(), _words(sys.argv)
+    os.chdir(SEEDS / "arm")  # so that the meshes that the seeds name are read
 
     def mutate(data: bytes, size: int, seed: int) -> bytes:
         rng = random.Random(seed)
-        if rng.random() < 0.5 and data:
-            seeds.append(data)
-            return mutated(rng, seeds[-50:])[:size]
-        return atheris.Mutate(data, size)
+        if rng.random() < 0.8:
+            pool = [data] if data and rng.random() < 0.5 else seeds
+            return mutated(rng, pool)[:size]
+        return bytes(atheris.Mutate(data, size))
 
-    atheris.Setup(sys.argv, check, custom_mutator=mutate)
+    atheris.Setup(words, check, custom_mutator=mutate)
     atheris.Fuzz()
+
+
+def _words(argv: list[str]) -> list[str]:
+    """The options of libFuzzer, with absolute folders and longer inputs."""
+    given = [str(Path(w).resolve()) if Path(w).is_dir() else w for w in argv]
+    return [*given, "-max_len=20000", f"-artifact_prefix={Path.cwd()}/"]
 
 
 if __name__ == "__main__":

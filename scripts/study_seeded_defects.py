@@ -540,7 +540,7 @@ def main():
     parser.add_argument("tools", nargs="*", metavar="NAME=PYTHON")
     parser.add_argument("--robots", type=Path)
     parser.add_argument("--per-kind", type=int, help="so many files of each kind")
-    args = parser.parse_args()
+    args = parser.parse_intermixed_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     if args.step == "make":
         make(args.folder.resolve(), args.robots or robot_data())

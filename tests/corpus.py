@@ -54,7 +54,7 @@ def _option(key: str, value: object, path: Path) -> object:
             _RECORDS[key](**{k: _frozen(v) for k, v in entry.items()})
             for entry in value
         )
-    if key == "srdf":
+    if key in ("srdf", "reference"):
         return path.parent / str(value)
     if key == "closed_form":
         return _closed_form(float(value))

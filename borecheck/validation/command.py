@@ -57,6 +57,7 @@ def _add_depth(parser: argparse.ArgumentParser) -> None:
     add("--containment", action="store_true", help="an open collision mesh is an error")
     add("--self-intersection", action="store_true", help="search meshes for crossings")
     add("--self-contact", type=int, metavar="N", help="sample N configurations")
+    add("--write-srdf", type=Path, metavar="FILE", help="what --self-contact found")
     add("--samples", type=int, metavar="N", help="configurations compared (20)")
     add("--seed", type=int, metavar="K", help="of random configurations (0)")
 
@@ -66,6 +67,8 @@ def _add_expectations(parser: argparse.ArgumentParser) -> None:
     add("--frame", action="append", metavar="NAME", help="a link that must exist")
     add("--link", action="append", metavar="NAME", help="must have collision geometry")
     add("--srdf", type=Path, metavar="FILE", help="check the names in this SRDF")
+    add("--reference", type=Path, metavar="FILE", help="must move as this file does")
+    add("--closed-form", metavar="MODULE:FUNCTION", help="must move as it says")
     add("--config", type=Path, metavar="FILE", help="instead of the nearest one")
     add("--baseline", type=Path, metavar="FILE", help="report only what is new")
     add("--write-baseline", type=Path, metavar="FILE", help="keep what is found")
@@ -94,6 +97,11 @@ def run(args: argparse.Namespace) -> int:
         options = options_with(settings_of(files[0], args.config), given)
         return fix_files(files, write=args.write, options=options)
     general = settings_of("-", args.config)
+    if args.write_srdf is not None:
+        from borecheck.validation.srdf_proposal import write_proposal
+
+        options = options_with(settings_of(files[0], args.config), given)
+        write_proposal(files, options, args.write_srdf)
     args.baseline = args.baseline or _path(general.values.get("baseline"))
     results = _results(args, files, given)
     _write(args, results, options_with(general, given).profile)
@@ -122,7 +130,17 @@ def _given(args: argparse.Namespace) -> dict[str, Any]:
         "frames": args.frame,
         "links": args.link,
         "srdf": args.srdf,
+        "reference": args.reference,
+        "closed_form": _closed_form(args.closed_form),
     }
+
+
+def _closed_form(text: str | None) -> Any:
+    if text is None:
+        return None
+    from borecheck.validation.references import ClosedForm
+
+    return ClosedForm(text)
 
 
 def _pairs(words: Sequence[str]) -> dict[str, str]:
@@ -253,7 +271,7 @@ def _fail_on(args: argparse.Namespace, settings: Settings) -> Severity | None:
 
 def _status(results: Results, fail_on: Severity | None) -> int:
     found = [finding for _, findings in results for finding in findings]
-    if any(finding.code == "D101" for finding in found):
+    if all(any(f.code == "D101" for f in findings) for _, findings in results):
         return COULD_NOT_RUN
     if fail_on is not None and any(f.severity.rank >= fail_on.rank for f in found):
         return FINDINGS

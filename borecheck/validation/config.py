@@ -22,7 +22,7 @@ _TABLES: dict[str, type] = {
     "loop": Loop,
 }
 _LISTS = ("select", "ignore", "package-path", "frame", "link")
-_WORDS = ("profile", "fail-on", "srdf", "baseline")
+_WORDS = ("profile", "fail-on", "srdf", "reference", "baseline")
 _SWITCHES = ("meshes", "run", "containment", "self-intersection")
 _NUMBERS = ("samples", "seed", "self-contact")
 _FIELDS = {
@@ -30,6 +30,7 @@ _FIELDS = {
     **{"meshes": "meshes", "run": "run", "containment": "containment"},
     **{"self-intersection": "self_intersection", "self-contact": "self_contact"},
     **{"samples": "samples", "seed": "seed", "frame": "frames", "link": "links"},
+    **{"reference": "reference"},
 }
 _DECLARED = {
     "remote-centre": "remote_centres",
@@ -107,8 +108,9 @@ def options_with(settings: Settings, given: Mapping[str, Any]) -> Options:
     chosen["arguments"] = {**values.get("arg", {}), **(given.get("arguments") or {})}
     for name in ("select", "ignore", "frames", "links"):
         chosen[name] = tuple(chosen.get(name, ()))
-    if chosen.get("srdf") is not None:
-        chosen["srdf"] = Path(chosen["srdf"])
+    for name in ("srdf", "reference"):
+        if chosen.get(name) is not None:
+            chosen[name] = Path(chosen[name])
     return Options(**chosen)
 
 
@@ -153,6 +155,6 @@ def _checked(key: str, value: Any, path: Path) -> Any:
         raise InputError(path, f"{key} = {value!r} is no {kinds[key].__name__}")
     if key == "package-path":
         return [str(path.parent / entry) for entry in value]
-    if key in ("srdf", "baseline"):
+    if key in ("srdf", "reference", "baseline"):
         return str(path.parent / value)
     return value

@@ -16,6 +16,7 @@ BEYOND_RATIO = 1.0
 SMALL_EDGE = 1e-4
 SMALL_SHARE = 0.5  # of the triangles: a few slivers at fillets are normal
 HEAVY = 200_000
+MANY_FAULTY = 0.01  # of the triangles: more are an error where an inside is asked for
 
 
 def _facts(robot: Robot) -> Iterator[tuple[DraftShape, MeshFacts]]:
@@ -30,6 +31,12 @@ def _level(shape: DraftShape) -> Severity | None:
     return None if shape.kind == "collision" else Severity.INFO
 
 
+def _share(robot: Robot, count: int, found: MeshFacts) -> tuple[str, bool]:
+    """The share of faulty triangles, and whether it is an error."""
+    share = count / found.triangles
+    return f"({100.0 * share:.2g} %)", robot.options.containment and share > MANY_FAULTY
+
+
 def _named(shape: DraftShape) -> str:
     return (shape.filename or "").rpartition("/")[2]
 
@@ -39,15 +46,16 @@ def mesh_degenerate(robot: Robot) -> Iterator[Hit]:
     """A mesh has triangles without area.
 
     Why: They have no normal: inside and outside tests and distances may fail on them.
+    An error with --containment where they are more than one in a hundred.
 
     Mend: Remove them in a mesh editor; they bound nothing.
     """
     for shape, found in _facts(robot):
         if found.degenerate:
-            share = 100.0 * found.degenerate / found.triangles
+            share, too_many = _share(robot, found.degenerate, found)
             message = f"{_named(shape)}: {found.degenerate} triangles without area"
-            text = f"{message} ({share:.2g} %)"
-            yield Hit(shape.shape, text, "filename", _level(shape))
+            level = _level(shape) or (Severity.ERROR if too_many else None)
+            yield Hit(shape.shape, f"{message} {share}", "filename", level)
 
 
 @check("G516", "mesh-duplicate-faces", "geometry", "IWW", "meshes")
@@ -55,13 +63,16 @@ def mesh_duplicate_faces(robot: Robot) -> Iterator[Hit]:
     """A mesh has the same triangle twice.
 
     Why: Every contact there counts double, and inside tests by counting crossings fail.
+    An error with --containment where they are more than one in a hundred.
 
     Mend: Merge duplicate faces in a mesh editor.
     """
     for shape, found in _facts(robot):
         if found.duplicate:
+            share, too_many = _share(robot, found.duplicate, found)
             message = f"{_named(shape)}: {found.duplicate} triangles stand twice"
-            yield Hit(shape.shape, message, "filename", _level(shape))
+            level = _level(shape) or (Severity.ERROR if too_many else None)
+            yield Hit(shape.shape, f"{message} {share}", "filename", level)
 
 
 @check("G517", "mesh-open", "geometry", "IWW", "meshes")

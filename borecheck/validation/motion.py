@@ -39,23 +39,33 @@ class Motion:
     def positions(self, free: Mapping[str, float]) -> dict[str, float]:
         """Positions of all turning and sliding joints, followers too."""
         found = dict(free)
-        for _, joint, _ in self.steps:
-            follow = self.follows.get(joint.name)
-            if follow is not None and joint.type in FREE_RANGE:
+        if not self.follows:
+            return found
+        for _, _, name, kind, _ in self._walk:
+            follow = self.follows.get(name)
+            if follow is not None and kind in FREE_RANGE:
                 leader, multiplier, offset = follow
-                found[joint.name] = multiplier * free.get(leader, 0.0) + offset
+                found[name] = multiplier * free.get(leader, 0.0) + offset
         return found
 
     def placements(self, positions: Mapping[str, float]) -> dict[str, Array]:
         """T_root_link of every link; floating and planar joints stay at zero."""
         placed = {self.root: np.eye(4)}
-        for link, joint, T_parent_joint in self.steps:
-            T = placed[joint.parent or ""] @ T_parent_joint
-            value = positions.get(joint.name, 0.0)
-            if value and joint.type in FREE_RANGE:
-                T = T @ _displaced(self.axes[joint.name], joint.type, value)
+        for link, parent, name, kind, T_parent_joint in self._walk:
+            T = placed[parent] @ T_parent_joint
+            value = positions.get(name, 0.0)
+            if value and kind in FREE_RANGE:
+                T = T @ _displaced(self.axes[name], kind, value)
             placed[link] = T
         return placed
+
+    @cached_property
+    def _walk(self) -> list[tuple[str, str, str, str, Array]]:
+        """The steps as plain values: reading them from the XML each time is slow."""
+        return [
+            (link, joint.parent or "", joint.name, joint.type, T)
+            for link, joint, T in self.steps
+        ]
 
     @cached_property
     def axes(self) -> dict[str, Array]:

@@ -72,6 +72,7 @@ class Options:
         tool_axes: Declared tool axes.
         loops: Declared loop closures.
         closed_form: `f({joint: position}) -> {frame: T_root_frame (4, 4)}`.
+        reference: Another file of the same robot, compared joint by joint.
         srdf: A file whose names are checked against the robot.
     """
 
@@ -93,6 +94,7 @@ class Options:
     tool_axes: tuple[ToolAxis, ...] = ()
     loops: tuple[Loop, ...] = ()
     closed_form: Callable[[Mapping[str, float]], Mapping[str, Any]] | None = None
+    reference: Path | None = None
     srdf: Path | None = None
 
     def __post_init__(self) -> None:

@@ -116,6 +116,7 @@ def all_checks() -> tuple[Check, ...]:
         mimics,
         names,
         numbers,
+        references,
         running,
         self_contact,
         sidecars,

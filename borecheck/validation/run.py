@@ -78,7 +78,9 @@ def findings_of(loaded: Loaded, options: Options) -> list[Finding]:
     """The findings about what was loaded."""
     robot, suppressions = loaded
     if isinstance(robot, Finding):
-        return [robot] if options.wants(robot.code) else []
+        # Nothing else was looked at: that is said whatever was selected.
+        ignored = options.ignore and robot.code.startswith(options.ignore)
+        return [] if ignored else [robot]
     if options.run and any(options.wants(code) for code in RUN_CODES):
         from borecheck.validation.running import start_voices
 

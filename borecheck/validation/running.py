@@ -121,33 +121,6 @@ def kinematics_disagree(robot: Robot) -> Iterator[Hit]:
         yield Hit(robot.link_named[link].element, message, None, level)
 
 
-@check("K602", "closed-form-disagrees", "kinematics", "EEE")
-def closed_form_disagrees(robot: Robot) -> Iterator[Hit]:
-    """The analytic model places a frame elsewhere than the URDF.
-
-    Why: The two were written down separately; one of them has a wrong number, sign or
-    axis. No URDF parser can see this.
-
-    Mend: Compare both with the drawing at the named frame.
-    """
-    closed_form, motion = robot.options.closed_form, motion_of(robot)
-    if closed_form is None or motion is None:
-        return
-    rng = np.random.default_rng(robot.options.seed)
-    worst: dict[str, tuple[float, float, float]] = {}
-    for q in motion.configurations(rng, robot.options.samples):
-        free = motion.named(q)
-        placed = motion.placements(motion.positions(free))
-        for frame, T in closed_form(free).items():
-            if frame in placed:
-                gap = _gap(placed[frame], np.asarray(T, dtype=float))
-                worst[frame] = max(worst.get(frame, gap), gap)
-    for frame, (size, distance, angle) in worst.items():
-        if size > TOLERANCE * max(1.0, robot.size):
-            message = f"frame {frame!r} is {distance:.3g} m and {angle:.3g} rad away"
-            yield Hit(robot.link_named[frame].element, message)
-
-
 @check("K608", "pinocchio-refuses", "kinematics", "WWW", "run")
 def pinocchio_refuses(robot: Robot) -> Iterator[Hit]:
     """Pinocchio cannot load the robot.
@@ -228,13 +201,13 @@ def _worst(
             if link not in expected[index]:
                 continue
             T = np.reshape(numbers, (4, 4))
-            size, distance, angle = _gap(expected[index][link], T)
+            size, distance, angle = gap(expected[index][link], T)
             if worst is None or not size <= worst[0]:
                 worst = (size, distance, angle, link, index)
     return worst
 
 
-def _gap(T: Array, T_other: Array) -> tuple[float, float, float]:
+def gap(T: Array, T_other: Array) -> tuple[float, float, float]:
     """Larger of both, distance [m], angle [rad]; NaN counts as infinite."""
     distance = float(np.linalg.norm(T[:3, 3] - T_other[:3, 3]))
     angle = rotation_angle(T[:3, :3], T_other[:3, :3])

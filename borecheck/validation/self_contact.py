@@ -69,28 +69,6 @@ def contact_table(robot: Robot, samples: int) -> ContactTable | None:
     return ContactTable(len(chosen), counts, joined, tuple(at_zero), missing)
 
 
-def srdf_proposal(robot: Robot, table: ContactTable) -> str:
-    """An SRDF that disables adjacent pairs, and those that touch always or never.
-
-    Pairs that never touched are marked with the samples they rest on.
-    """
-    from xml.sax.saxutils import quoteattr  # slow to import, seldom needed
-
-    name = quoteattr(robot.root.get("name") or "robot")
-    never = f"Never in {table.samples}: below {table.bound:.2g} with 95 percent"
-    rows = [(pair, "Adjacent") for pair in table.adjacent]
-    for pair in table.counts:
-        kind = table.kind(pair)
-        if kind != SOMETIMES:
-            rows.append((pair, "Always in contact" if kind == ALWAYS else never))
-    lines = [
-        f"  <disable_collisions link1={quoteattr(a)} link2={quoteattr(b)} "
-        f"reason={quoteattr(reason)}/>"
-        for (a, b), reason in rows
-    ]
-    return f"<robot name={name}>\n" + "\n".join(lines) + "\n</robot>\n"
-
-
 @check("K607", "self-contact", "kinematics", "IWW")
 def self_contact(robot: Robot) -> Iterator[Hit]:
     """Links touch each other at home or always (sampled on request).

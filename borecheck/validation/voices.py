@@ -68,14 +68,32 @@ def yourdfpy_frames(
 
     stream = io.BytesIO(text.encode())
     robot = yourdfpy.URDF.load(stream, load_meshes=False, build_scene_graph=True)
+    edges = [(joint.parent, joint.child) for joint in robot.joint_map.values()]
+    steps = _outward(robot.base_link, edges)
     frames: Frames = {}
     for positions in configurations:
         known = robot.actuated_joint_names
         robot.update_cfg({n: positions[n] for n in known if n in positions})
-        for link in robot.link_map:
-            placed = np.array(robot.get_transform(link, robot.base_link))
-            frames.setdefault(link, []).append(placed.reshape(-1).tolist())
+        # Link by link: asked from the base, every answer would walk the whole chain.
+        placed = {robot.base_link: np.eye(4)}
+        for parent, link in steps:
+            placed[link] = placed[parent] @ robot.get_transform(link, parent)
+        for link, T in placed.items():
+            frames.setdefault(link, []).append(T.reshape(-1).tolist())
     return {"frames": frames}
+
+
+def _outward(base: str, edges: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """(parent, child) from the base outward; what is not reached is left out."""
+    below: dict[str, list[str]] = {}
+    for parent, child in edges:
+        below.setdefault(parent, []).append(child)
+    steps, reached = [], [base]
+    for parent in reached:
+        for child in below.pop(parent, []):
+            steps.append((parent, child))
+            reached.append(child)
+    return steps
 
 
 VOICES: Mapping[str, Callable[[str, list[dict[str, float]]], dict[str, Any]]] = {
