@@ -104,7 +104,8 @@ class Verdict:
         not_modelled: What the verdict does not cover.
         pairs_examined: Triangle pairs the narrowphase looked at.
         pairs_pruned: Pairs it did not need to look at.
-        seconds: Time taken.
+        seconds: Time taken. The first check of a process also loads the kernels, or
+            compiles them; `borecheck check` does that before.
         q: Configuration, in the order of the robot's joints.
         link_clearance: Clearance of every part to the obstacles, [m], if asked for.
     """

@@ -292,6 +292,31 @@ def test_check_imports_neither_trimesh_nor_yourdfpy(block):
     assert done.returncode == 0, done.stderr
 
 
+def test_no_kernel_is_loaded_while_a_checks_clock_runs():
+    """What numba loads after the warm-up, in a process of its own: nothing."""
+    code = (
+        "import gc\n"
+        "import borecheck as bc\n"
+        "from numba.core.dispatcher import Dispatcher\n"
+        "from borecheck.compiled import warm_up\n"
+        "from borecheck.contact_check import check_with, settings\n"
+        "def loaded():\n"
+        "    all = [d for d in gc.get_objects() if isinstance(d, Dispatcher)]\n"
+        "    return {(str(d), str(s)) for d in all for s in d.overloads}\n"
+        "robot, scene = bc.load_robot('zerobot'), bc.load_scene('ct_gantry')\n"
+        "for checker in ('exact', 'paper'):\n"
+        "    chosen = settings(checker, link_clearance=True)\n"
+        "    warm_up(chosen)\n"
+        "    before = loaded()\n"
+        "    assert len(before) > 5\n"
+        "    check_with(robot, scene, robot.home, chosen)\n"
+        "    new = loaded() - before\n"
+        "    assert not new, new\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def test_out_is_the_same_document(capsys, block, tmp_path):
     out_file = tmp_path / "result.json"
     words = ("check", ROBOT, block, "--q", "0", "--out", out_file, "--format", "json")

@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
     """Checks, prints, and returns 0 clear, 1 contact, 2 unknown."""
     check_outputs(args)
     _check_certificate(args)
-    from borecheck.compiled import announce_compilation
+    from borecheck.compiled import announce_compilation, warm_up
 
     announce_compilation()
     from borecheck.contact_check import settings
@@ -92,6 +92,7 @@ def run(args: argparse.Namespace) -> int:
         link_clearance=wants_display(args),
     )
     robot, scene = common.load(args), common.load_surroundings(args)
+    warm_up(chosen)
     weighed = _weigher(args, robot, scene)
     document: dict[str, Any] = {
         **header("check", args.argv, args.date),
