@@ -7,35 +7,25 @@
 
 The robots are public ones (example-robot-data) whose meshes are replaced by their
 convex hulls, so that every tool can read them and single faults stay single; what a
-tool says about the sound robot does not count. Faults come from `urdf_mutators`, which
-imports nothing of borecheck.
+tool says about the sound robot does not count. Faults come from the modules in
+`seeded_defects`, which import nothing of borecheck.
 """
 
 import argparse
 import json
-import re
 import subprocess
 import sys
 import time
-from collections import Counter, defaultdict
+from collections import Counter
 from importlib.metadata import files
 from pathlib import Path
-from random import Random
 
 sys.path.insert(0, str(Path(__file__).parent))
-import urdf_mutators as mutators
 from lxml import etree
+from seeded_defects import KINDS, spoil
+from seeded_defects.files import read_lines, rows_of
+from seeded_defects.table import table
 
-PEERS = (
-    "check_urdf",
-    "urdf_parser_py",
-    "pinocchio",
-    "yourdfpy",
-    "drake",
-    "mujoco",
-    "urdf-validator",
-    "simcheck",
-)
 # One robot of each family; the largest ones would only take longer.
 ROBOTS = (
     "a1_description/urdf/a1.urdf",
@@ -68,142 +58,6 @@ ROBOTS = (
     "z1_description/urdf/z1.urdf",
 )
 
-# Codes that name a fault rightly, by kind; a letter and digits are a beginning.
-EXPECTED = {
-    "robot_name_missing": "D104",
-    "root_renamed": "D103",
-    "tag_unclosed": "D102",
-    "file_cut": "D102",
-    "file_empty": "D101",
-    "link_name_missing": "D121",
-    "joint_name_missing": "D121",
-    "link_name_twice": "D122",
-    "joint_name_twice": "D122",
-    "parent_unknown": "T202",
-    "child_unknown": "T202",
-    "parent_missing": "T203",
-    "child_missing": "T203",
-    "joint_type_missing": "D119",
-    "joint_type_misspelt": "J301",
-    "link_orphaned": "T204",
-    "tree_cut_in_two": "T204",
-    "cycle_made": "T205 T207",
-    "joint_to_itself": "T205",
-    "two_parents": "T206",
-    "collision_misspelt": "D105",
-    "shape_misspelt": "D105",
-    "rpy_misspelt": "D106",
-    "xyz_misspelt": "D106",
-    "limit_misspelt": "D105",
-    "upper_misspelt": "D106",
-    "xacro_expression_left": "D109",
-    "xacro_tag_left": "D109",
-    "prefix_undeclared": "D107",
-    "xml_version_zero": "D108",
-    "number_is_nan": "D116",
-    "number_is_word": "D114",
-    "number_has_comma": "D120",
-    "number_has_unit": "D120",
-    "number_too_few": "D115",
-    "number_too_many": "D115",
-    "origin_twice": "D117",
-    "shape_twice": "D117",
-    "geometry_missing": "D118",
-    "geometry_empty": "D118",
-    "name_has_space": "D123",
-    "name_differs_by_case": "D124",
-    "material_undefined": "D128",
-    "colour_as_bytes": "D130",
-    "text_left_over": "D127",
-    "entity_bomb": "D101",
-    "axis_zero": "J302",
-    "axis_long": "J303",
-    "axis_long_prismatic": "J303",
-    "axis_missing": "J304",
-    "axis_flipped": "K602",
-    "limit_missing": "J305",
-    "limit_reversed": "J306",
-    "limit_equal": "J307",
-    "limit_lower_upper_omitted": "J308",
-    "limit_in_degrees": "J309",
-    "limit_excludes_zero": "J310",
-    "stroke_in_millimetres": "J335",
-    "effort_missing": "J311",
-    "velocity_missing": "J311",
-    "effort_negative": "J312",
-    "velocity_negative": "J312",
-    "velocity_zero": "J313",
-    "origin_in_millimetres": "J314",
-    "rpy_in_degrees": "J315",
-    "mimic_unknown": "J316",
-    "mimic_self": "J317",
-    "mimic_circle": "J317",
-    "mimic_chain": "J318",
-    "mimic_of_fixed": "J319",
-    "mimic_beyond_limits": "J321",
-    "mimic_factor_zero": "J323",
-    "joint_floating_inside": "J325",
-    "joint_planar_inside": "J325",
-    "damping_negative": "J329",
-    "soft_limit_outside": "J330",
-    "transmission_unknown_joint": "J327",
-    "gazebo_unknown_reference": "J328",
-    "mass_zero": "I402",
-    "mass_negative": "I401",
-    "mass_missing": "D118",
-    "mass_in_grams": "I406 I410",
-    "inertial_missing": "I403",
-    "inertia_negative": "I404",
-    "inertia_products_too_large": "I404",
-    "inertia_triangle_broken": "I405",
-    "inertia_zero": "I409",
-    "inertia_placeholder": "I408",
-    "inertia_in_square_millimetres": "I410",
-    "inertia_nan": "D116",
-    "inertia_entry_missing": "D119",
-    "centre_of_mass_in_millimetres": "I407 J314",
-    "mesh_missing": "G501",
-    "mesh_other_case": "G502",
-    "mesh_backslash": "G502",
-    "mesh_absolute": "G503",
-    "mesh_package_unknown": "G501",
-    "mesh_path_escapes": "G504",
-    "mesh_filename_missing": "D119",
-    "mesh_is_folder": "G501",
-    "mesh_empty": "G505",
-    "mesh_lfs_pointer": "G505",
-    "mesh_html_page": "G505",
-    "mesh_stl_cut": "G505",
-    "mesh_nan_vertex": "G507",
-    "mesh_index_out_of_range": "G508",
-    "mesh_no_faces": "G505",
-    "mesh_in_millimetres": "G512 G513",
-    "mesh_scaled_down_twice": "G512 G513",
-    "mesh_in_inches": "G512 G513",
-    "mesh_scale_zero": "G509",
-    "mesh_mirrored": "G510",
-    "mesh_degenerate_faces": "G515",
-    "mesh_faces_twice": "G516",
-    "mesh_winding_mixed": "G518",
-    "mesh_inside_out": "G519",
-    "mesh_open": "G517",
-    "mesh_crosses_itself": "G521",
-    "collision_missing": "G522",
-    "collision_elsewhere": "G524 G523",
-    "collision_much_too_small": "G523 G524",
-    "shape_size_negative": "G525",
-    "shape_size_zero": "G525",
-    "shape_size_missing": "D119",
-    "shape_size_two_numbers": "D115",
-}
-# A broken tree may be told at any of the links and joints that take part.
-ANYWHERE = {
-    "joint_name_twice",
-    "tree_cut_in_two",
-    "cycle_made",
-    "mimic_circle",
-    "text_left_over",
-}
 OPTIONS = {"profile": "dynamics", "run": False}
 # Searched for on request only; the hulls of the sound robots cross nothing.
 CROSSING = "mesh_crosses_itself"
@@ -226,8 +80,8 @@ def make(folder, robots):
             made.append(base)
     rows = []
     for base in made:
-        for kind in mutators.KINDS:
-            spoilt = mutators.spoil(base, kind, 0)
+        for kind in KINDS:
+            spoilt = spoil(base, kind, 0)
             if spoilt is None:
                 continue
             path = base.with_name(f"{kind}.urdf")
@@ -297,20 +151,6 @@ def loads(base):
     return True
 
 
-def rows_of(folder, per_kind=None):
-    """The sound robots and the spoilt files; of each kind all, or so many at random."""
-    lines = (folder / "files.jsonl").read_text().splitlines()
-    rows = [json.loads(line) for line in lines]
-    by_kind = defaultdict(list)
-    for row in rows:
-        by_kind[row["kind"]].append(row)
-    chosen = by_kind.pop(None)
-    for kind, found in by_kind.items():
-        count = len(found) if per_kind is None else min(per_kind, len(found))
-        chosen += Random(kind).sample(found, count)
-    return chosen
-
-
 def judge(folder, per_kind):
     """Runs borecheck over all files; finished ones are kept and not done again."""
     out = folder / "borecheck.jsonl"
@@ -323,6 +163,8 @@ def judge(folder, per_kind):
             if row["file"] in done or (not row["kind"] and row["file"] not in sound):
                 continue
             record = {**row, **marks_of(Path(row["file"]), row["kind"] == CROSSING)}
+            if not row["kind"]:
+                record["collision"] = levels_of(Path(row["file"]))
             stream.write(json.dumps(record) + "\n")
             stream.flush()
     print(f"{len(rows)} files, {time.perf_counter() - start:.0f} s")
@@ -337,59 +179,11 @@ def marks_of(path, asked):
     return {"marks": marks, "errors": [f.code for f in found if f.severity == "error"]}
 
 
-def read_lines(path):
-    if not path.exists():
-        return []
-    return [json.loads(line) for line in path.read_text().splitlines()]
+def levels_of(path):
+    """The severities that a sound robot gets in the default profile."""
+    from borecheck.validation import validate_file
 
-
-def judged(folder, rows):
-    """{file: whether the fault was seen with a right code at the right element}."""
-    done = {row["file"]: row for row in read_lines(folder / "borecheck.jsonl")}
-    seen = {}
-    for row in rows:
-        if not row["kind"] or row["file"] not in done:
-            continue
-        path = Path(row["file"])
-        base = done[str(path.with_name("sound.urdf"))]["marks"]
-        new = Counter(map(tuple, done[row["file"]]["marks"]))
-        new -= Counter(map(tuple, base))
-        element = element_of(path, row["where"])
-        seen[row["file"]] = is_seen(row["kind"], sorted(new), element)
-    return seen
-
-
-def element_of(path, where):
-    """The element path of the fault, or None if the file is no XML."""
-    from borecheck.errors import UrdfError
-    from borecheck.urdf_source import read
-
-    try:
-        source = read(path.read_bytes(), str(path))
-    except UrdfError:
-        return None
-    spaces = {"xacro": "http://www.ros.org/wiki/xacro"}
-    found = source.root.getroottree().xpath(where, namespaces=spaces)
-    return source.path(found[0]) if found else None
-
-
-def is_seen(kind, new, element):
-    """Whether a new finding has a right code at the right element."""
-    codes = tuple(EXPECTED[kind].split())
-    for code, at in new:
-        if not code.startswith(codes):
-            continue
-        if kind in ANYWHERE or element is None or at in ("", "robot"):
-            return True
-        if body(at) == body(element) or element == "robot":
-            return True
-    return False
-
-
-def body(path):
-    """The link or joint that an element belongs to."""
-    match = re.match(r"robot/[^/\[]*(\[@name=(?:'[^']*'|\"[^\"]*\")\]|\[\d+\])?", path)
-    return match.group() if match else path
+    return sorted({str(f.severity) for f in validate_file(path, configured=False)})
 
 
 def peers(folder, tools, per_kind):
@@ -401,8 +195,8 @@ def peers(folder, tools, per_kind):
         if name == "simcheck":
             run_simcheck(folder, python, out, listed)
             continue
-        runner = Path(__file__).with_name("peer_runner.py")
-        words = ["nice", "-n", "10", python, str(runner), name, str(out)]
+        runner = Path(__file__).parent / "seeded_defects" / "peer_runner.py"
+        words = ["nice", "-n", "10", python, "-P", str(runner), name, str(out)]
         subprocess.run(words, input=listed, text=True, check=True)
         print(name, "done")
 
@@ -415,122 +209,6 @@ def run_simcheck(folder, python, out, listed):
     words = [command, "scan", "--files-from", str(names), "-o", str(out)]
     words += ["--static-only", "--no-config", "-q", "-j", "1"]
     subprocess.run(["nice", "-n", "10", *words], check=False)
-
-
-def said_by(folder, name):
-    """{file: (rejected, set of complaints)} of one tool."""
-    said = {}
-    for line in (folder / f"{name}.jsonl").read_text().splitlines():
-        record = json.loads(line)
-        if name == "simcheck":
-            said[simcheck_file(record)] = simcheck_said(record)
-        else:
-            plain = {normal(text) for text in record["lines"] if is_loud(text)}
-            said[record["file"]] = (record["status"] != "ok", plain)
-    return said
-
-
-def simcheck_file(record):
-    return str(record.get("path") or record.get("file") or record.get("asset"))
-
-
-def simcheck_said(record):
-    results = record.get("results") or record.get("findings") or record.get("issues")
-    loud, errors = set(), False
-    for entry in results or []:
-        level = str(entry.get("severity") or entry.get("level") or "").lower()
-        if level in ("error", "warning", "warn"):
-            loud.add(normal(f"{entry.get('check') or entry.get('id')} {entry}"))
-            errors = errors or level == "error"
-    return errors, loud
-
-
-def is_loud(line):
-    """Whether a line of output is a complaint."""
-    return bool(
-        re.search(r"warn|error|fail|reject|invalid|unknown|missing", line, re.I)
-    )
-
-
-def normal(line):
-    """A complaint without paths and numbers."""
-    line = re.sub(r"(/[^\s:'\"]*)+", "PATH", line)
-    return re.sub(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?", "#", line)
-
-
-def noticed(folder, name, rows):
-    """{file: whether a tool said something new about it}."""
-    said = said_by(folder, name)
-    found = {}
-    for row in rows:
-        if row["kind"] is None:
-            continue
-        base = said.get(str(Path(row["file"]).parent / "sound.urdf"), (False, set()))
-        rejected, loud = said.get(row["file"], (False, set()))
-        found[row["file"]] = (rejected and not base[0]) or bool(loud - base[1])
-    return found
-
-
-def table(folder, per_kind):
-    """The study's table and what stays undetected, as Markdown."""
-    rows = rows_of(folder, per_kind)
-    seen = judged(folder, rows)
-    rows = [row for row in rows if not row["kind"] or row["file"] in seen]
-    columns = {"borecheck": seen}
-    for name in PEERS:
-        if (folder / f"{name}.jsonl").exists():
-            columns[name] = noticed(folder, name, rows)
-    groups = {kind: group for kind, (group, _) in mutators.KINDS.items()}
-    print(summary(rows, columns, groups))
-    print()
-    print(by_kind(rows, columns))
-    missed = [row for row in rows if row["kind"] and not seen[row["file"]]]
-    for row in missed:
-        print(f"not seen: {row['kind']} in {Path(row['file']).parent.name}")
-
-
-def rates(rows, column):
-    """{kind: share of its files that were noticed}."""
-    counts = defaultdict(list)
-    for row in rows:
-        if row["kind"]:
-            counts[row["kind"]].append(bool(column.get(row["file"])))
-    return {kind: sum(found) / len(found) for kind, found in counts.items()}
-
-
-def summary(rows, columns, groups):
-    names = ["structure", "joints", "inertia", "geometry"]
-    lines = ["| tool | " + " | ".join(names) + " | kinds | files |"]
-    lines.append("|---|" + "---:|" * (len(names) + 2))
-    files_of = Counter(groups[row["kind"]] for row in rows if row["kind"])
-    for name, column in columns.items():
-        share = rates(rows, column)
-        cells = []
-        for group in names:
-            hits = sum(
-                bool(column.get(row["file"]))
-                for row in rows
-                if row["kind"] and groups[row["kind"]] == group
-            )
-            cells.append(f"{100 * hits / files_of[group]:.0f} %")
-        kinds = sum(rate >= 0.5 for rate in share.values())
-        total = sum(bool(v) for v in column.values())
-        everything = sum(files_of.values())
-        tail = f"{kinds} of {len(share)} | {100 * total / everything:.1f} % |"
-        lines.append(f"| {name} | " + " | ".join(cells) + f" | {tail}")
-    return "\n".join(lines)
-
-
-def by_kind(rows, columns):
-    shares = {name: rates(rows, column) for name, column in columns.items()}
-    count = Counter(row["kind"] for row in rows if row["kind"])
-    lines = ["| kind | files | " + " | ".join(columns) + " |"]
-    lines.append("|---|---:|" + "---:|" * len(columns))
-    for kind in mutators.KINDS:
-        if kind in count:
-            cells = [f"{100 * shares[name][kind]:.0f}" for name in columns]
-            lines.append(f"| {kind} | {count[kind]} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
 
 
 def main():

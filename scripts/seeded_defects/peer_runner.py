@@ -1,6 +1,6 @@
 """Gives URDF files to one other tool and writes what it says, one JSON line each.
 
-    PYTHON scripts/peer_runner.py TOOL OUT.jsonl < files
+    PYTHON scripts/seeded_defects/peer_runner.py TOOL OUT.jsonl < files
 
 Run with the interpreter of the environment that holds the tool. Each file goes through
 a process of its own, so that a crash counts as a rejection and ends nothing.
