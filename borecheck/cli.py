@@ -1,6 +1,7 @@
 """The command line: parses, calls one subcommand, turns errors into one line."""
 
 import argparse
+import ast
 import atexit
 import gc
 import os
@@ -10,6 +11,8 @@ import traceback
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from borecheck import __version__
@@ -96,7 +99,7 @@ def _all_commands() -> dict[str, tuple[str, str]]:
     """Built-in commands and those that installed robots bring."""
     commands = dict(COMMANDS)
     for entry in _plugged_in():
-        commands[entry.name] = (entry.value, f"from {_origin(entry)}")
+        commands[entry.name] = (entry.value, _purpose(entry))
     return commands
 
 
@@ -104,8 +107,20 @@ def _plugged_in() -> list[EntryPoint]:
     return sorted(entry_points(group="borecheck.commands"), key=lambda e: e.name)
 
 
-def _origin(entry: EntryPoint) -> str:
-    return entry.value.partition(".")[0].partition(":")[0]
+def _purpose(entry: EntryPoint) -> str:
+    """The first line of a command's module, which is read, not imported.
+
+    Written as "`borecheck NAME`: what it does."
+    """
+    package = entry.value.partition(".")[0].partition(":")[0]
+    try:
+        found = find_spec(entry.value.partition(":")[0])
+        text = Path(found.origin or "").read_text(encoding="utf-8") if found else ""
+        told = (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]
+    except (ImportError, OSError, ValueError, SyntaxError):
+        told = ""  # whoever runs it is told what is wrong with it
+    purpose = told.partition("`: ")[2].rstrip(".")
+    return f"{purpose} ({package})" if purpose else f"from {package}"
 
 
 def _parser(

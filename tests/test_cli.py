@@ -279,6 +279,7 @@ def test_help_imports_nothing_heavy():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "check" in done.stdout
+    assert "the 64 published trials" in done.stdout
 
 
 def test_check_imports_neither_trimesh_nor_yourdfpy(block):

@@ -189,6 +189,33 @@ def test_list_checks_and_explain(validate, capsys):
     assert main(["explain", "Q999"]) == 2
 
 
+@pytest.mark.parametrize(
+    ("code", "near"),
+    [("J999", "J338"), ("j303x", "J303, J302"), ("axis-not-unt", "axis-not-unit")],
+)
+def test_an_unknown_code_names_the_nearest_in_one_line(capsys, code, near):
+    assert main(["explain", code]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert near in line
+    assert line.count("J3") <= 3
+
+
+def test_a_missing_file_is_one_calm_line(validate):
+    status, out, _ = validate("nope.urdf")
+    assert status == 2
+    first, summary = out.splitlines()
+    assert first.endswith("nope.urdf: error: D101: no such file")
+    assert summary.startswith("1 file: 1 error")
+
+
+def test_an_empty_line_is_not_underlined(validate, tmp_path):
+    (tmp_path / "empty.urdf").write_text("")
+    out = validate(tmp_path / "empty.urdf")[1]
+    assert "D101: is empty" in out
+    assert "^" not in out
+    assert "mend:" in out
+
+
 def test_standard_input(tmp_path):
     done = subprocess.run(
         [sys.executable, "-m", "borecheck.cli", "validate", "-", "--no-meshes"],

@@ -1,4 +1,7 @@
-"""`borecheck trials`: the 64 trials of [Matsuno2020] in the model, and their misses."""
+"""`borecheck trials`: the 64 published trials in the model: what is missed, and why?
+
+The experiment is that of [Matsuno2020] section 4.
+"""
 
 import argparse
 from pathlib import Path

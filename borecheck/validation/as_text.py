@@ -9,6 +9,7 @@ from typing import TextIO
 from borecheck.validation.findings import Finding, Severity
 
 _COLOURS = {Severity.ERROR: "31", Severity.WARNING: "33", Severity.INFO: "36"}
+_NOT_READ = "D101"  # of a file that is not there nothing can be shown or explained
 _LONGEST = 160  # characters of a source line that are shown
 
 
@@ -47,6 +48,8 @@ def _block(
     severity = str(finding.severity)
     if colour:
         severity = f"\033[{_COLOURS[finding.severity]};1m{severity}\033[0m"
+    if finding.code == _NOT_READ and not _is_there(finding.file):
+        return f"{finding.file}: {severity}: {finding.code}: {finding.message}"
     element = f" [{finding.element}]" if finding.element else ""
     where = f"{finding.file}:{finding.line}"
     lines = [f"{where}: {severity}: {finding.code}: {finding.message}{element}"]
@@ -55,6 +58,13 @@ def _block(
     if explain:
         lines += _told(finding)
     return "\n".join(lines)
+
+
+def _is_there(file: str) -> bool:
+    try:
+        return Path(file).exists()
+    except (OSError, ValueError):  # a name that no file can have
+        return False
 
 
 def _told(finding: Finding) -> list[str]:
@@ -95,6 +105,8 @@ class _Sources:
             return []
         at = _line_of(lines, at, finding)
         text = lines[at].rstrip().replace("\t", " ")
+        if not text:
+            return []
         start, length = _span(text, finding)
         number = str(at + 1)
         if len(text) > _LONGEST:
