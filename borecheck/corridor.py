@@ -57,6 +57,14 @@ class Corridor:
         aside = np.linalg.norm(from_entry - np.outer(depth, self.direction), axis=1)
         return depth, aside
 
+    def along_and_across(self, points: Array) -> Array:
+        """Points (..., 3) by depth along the line and place across it, (..., 3)."""
+        aside = np.eye(3)[np.abs(self.direction).argmin()]
+        u = np.cross(self.direction, aside)
+        u /= np.linalg.norm(u)
+        axes = np.array([self.direction, u, np.cross(self.direction, u)])
+        return np.asarray((points - self.entry) @ axes.T, dtype=np.float64)
+
     def holds(self, points: Array) -> NDArray[np.bool_]:
         """Which of the points (k, 3) lie in the corridor."""
         depth, aside = self.coordinates(points)
@@ -149,7 +157,7 @@ def common_points(first: Array, second: Array) -> Array:
 
 def _edge_crossings(edges_of: Array, triangle: Array) -> list[Array]:
     a, b, c = triangle
-    normal = np.cross(b - a, c - a)
+    normal = _cross(b - a, c - a)
     size = float(np.abs(triangle - a).max()) or 1.0
     side = (edges_of - a) @ normal
     found = []
@@ -169,7 +177,14 @@ def _is_in(
 ) -> bool:
     length = float(np.linalg.norm(normal))
     for p, q in ((a, b), (b, c), (c, a)):
-        inward = float(np.cross(q - p, point - p) @ normal)
+        inward = float(_cross(q - p, point - p) @ normal)
         if inward < -tolerance * length * float(np.linalg.norm(q - p)):
             return False
     return True
+
+
+def _cross(u: Array, v: Array) -> Array:
+    """As `np.cross` of two vectors, which takes twenty times as long."""
+    a, b, c = (float(x) for x in u)
+    x, y, z = (float(x) for x in v)
+    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

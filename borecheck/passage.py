@@ -10,8 +10,8 @@ aside and no deeper than the corridor allows. Then it may touch or be in the pat
 
 Before it. What lies before the near end must be clear of the patient. The slabs there,
 cut off at that end, are joined by the line they are about; if no triangle of the
-patient, cut off likewise, comes as near to the line as the slab is wide, none meets
-them, and one point known to be outside the patient shows that all of them are.
+patient, cut off at a slab's ends, comes as near to the line as the slab is wide, none
+meets it, and one point known to be outside the patient shows that all of them are.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.bvh import MeshTree
 from borecheck.corridor import Corridor
 from borecheck.placing import place_vertices
 from borecheck.solid import Side, side_of
@@ -34,10 +33,10 @@ Array = NDArray[np.float64]
 
 # Slabs are so much larger than they come out: far more than rounding up to 100 m, [m].
 RESERVE = 1e-9
+# More than places across the line are off by, up to 100 m, [m].
+ROUNDING = 1e-12
 # Into so many lengths the needle is divided at most where one width is too wide.
 MOST_SLABS = 64
-
-EYE = np.eye(4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,16 +106,15 @@ class Approach:
     corridor: Corridor
 
     @cached_property
-    def _cut(self) -> MeshTree | None:
-        """The patient's surface before the near end; None: there is none."""
-        corners = self.patient.mesh.corners
-        depth, _ = self.corridor.coordinates(corners.reshape(-1, 3))
-        kept = cut_off(corners, depth.reshape(-1, 3), RESERVE - self.corridor.slack)
-        if len(kept) == 0:
-            return None
-        vertices = kept.reshape(-1, 3)
-        triangles = np.arange(len(vertices)).reshape(-1, 3)
-        return MeshTree(vertices, triangles, cached=False)
+    def _surface(self) -> tuple[Array, Array]:
+        """Triangles that begin before the near end, (m, 3, 3), and how near each gets.
+
+        Coordinates are depth along the line and place across it, seen along the line.
+        """
+        corners = self.corridor.along_and_across(self.patient.mesh.corners)
+        before = corners[:, :, 0].min(axis=1) < -self.corridor.slack
+        kept = corners[before]
+        return kept, distances_across(kept)
 
     def allows(self, slabs: Slabs) -> bool:
         """Whether the needle may be anywhere in its slabs.
@@ -135,30 +133,26 @@ class Approach:
 
     def is_free(self, slabs: Slabs) -> bool:
         """Whether the patient neither meets nor holds the slabs, none of it deeper."""
-        low, high = float(slabs.low.min()), float(slabs.high.max())
-        if not self._is_outside(low):
+        if not self._is_outside(float(slabs.low.min())):
             return False
-        if self._is_apart(low, high, float(slabs.aside.max())):
-            return True
         cuts = np.unique(np.concatenate([slabs.low, slabs.high]))
         if len(cuts) > MOST_SLABS + 1:
-            cuts = np.linspace(low, high, MOST_SLABS + 1)
-        for begin, end in pairwise(cuts):
-            over = (slabs.low < end) & (slabs.high > begin)
+            cuts = np.linspace(cuts[0], cuts[-1], MOST_SLABS + 1)
+        for low, high in pairwise(cuts):
+            over = (slabs.low < high) & (slabs.high > low)
             # between slabs the line alone joins them
             wide = float(slabs.aside[over].max(initial=RESERVE))
-            if not self._is_apart(float(begin), float(end), wide):
+            if not self._is_apart(float(low), float(high), wide):
                 return False
         return True
 
     def _is_apart(self, low: float, high: float, aside: float) -> bool:
-        """Whether no triangle comes that near to a stretch of the line."""
-        ends = self.corridor.entry + np.outer([low, high], self.corridor.direction)
-        line = MeshTree(ends, np.array([[0, 1, 1]]), cached=False)
-        if line.within(self.patient.tree, EYE, EYE, aside).verdict == "clear":
-            return True
-        cut = self._cut
-        return cut is None or line.within(cut, EYE, EYE, aside).verdict == "clear"
+        """Whether no triangle meets the solid cylinder about a stretch of the line."""
+        corners, nearest = self._surface
+        near = corners[nearest <= aside]
+        part = cut_off(near, near[:, :, 0], high + RESERVE)
+        part = cut_off(part, -part[:, :, 0], RESERVE - low)
+        return bool((distances_across(part) > aside).all())
 
     def _is_outside(self, depth: float) -> bool:
         point = self.corridor.entry + depth * self.corridor.direction
@@ -188,6 +182,22 @@ def cut_off(corners: Array, depth: Array, limit: float) -> Array:
         ]
         kept.append(np.array(fan))
     return np.concatenate(kept)
+
+
+def distances_across(corners: Array) -> Array:
+    """How near triangles (m, 3, 3) come to the line, seen along it: (m,), [m]."""
+    p = corners[:, :, 1:]
+    side = np.roll(p, -1, axis=1) - p
+    turn = side[:, :, 0] * -p[:, :, 1] + side[:, :, 1] * p[:, :, 0]
+    length = np.maximum((side**2).sum(axis=2), np.finfo(float).tiny)
+    share = np.clip(-(side * p).sum(axis=2) / length, 0.0, 1.0)
+    to_side = np.linalg.norm(p + share[:, :, None] * side, axis=2).min(axis=1)
+    # Inside, no side is farther than twice the area over the perimeter. That tells it
+    # from a triangle seen edge on, whose signs are rounding.
+    around = np.maximum(np.sqrt(length).sum(axis=1), np.finfo(float).tiny)
+    depth = np.abs(turn.sum(axis=1)) / around + ROUNDING
+    same = (turn >= 0.0).all(axis=1) | (turn <= 0.0).all(axis=1)
+    return np.where(same & (to_side <= depth), 0.0, to_side)
 
 
 def told(needle: "Body", corridor: Corridor, T: Array) -> tuple[Array, Array]:

@@ -26,7 +26,7 @@ from borecheck.motion_bounds import (
     gains,
     route,
 )
-from borecheck.passage import EYE, RESERVE, Approach, Slabs, told
+from borecheck.passage import RESERVE, Approach, Slabs, told
 from borecheck.path_kernels import CERTIFIED, TOUCHED, UNDECIDED
 from borecheck.path_outcome import Timeline
 from borecheck.placing import place_mesh
@@ -44,6 +44,10 @@ GENEROUS = 1.0 + 1e-5
 FINEST, FIRST_CONTACT, COARSE = 1e-6, 1e-5, 2e-3
 # Pieces looked at, besides one for every leg, before the rest is left undecided.
 PIECE_LIMIT = 2_000
+# Poses judged before the rest is left undecided.
+POSE_LIMIT = 200
+
+EYE = np.eye(4)
 
 
 def examine_passage(
@@ -64,12 +68,11 @@ def examine_passage(
         motion: The whole motion.
         timeline: Gathers the findings.
     """
-    search = _Search(chain, needle, patient, corridor, motion)
-    search.run(timeline)
+    PassageSearch(chain, needle, patient, corridor, motion).run(timeline)
 
 
-class _Search:
-    """One passage, halved in time until it is decided."""
+class PassageSearch:
+    """One passage, halved in time until it is decided; arguments as above."""
 
     def __init__(
         self,
@@ -109,7 +112,7 @@ class _Search:
         timeline.count(looked, self.judged)
         if rows:
             timeline.add(self.names, np.array(rows, dtype=np.float64))
-        if looked > PIECE_LIMIT + legs:
+        if looked > PIECE_LIMIT + legs or self.judged >= POSE_LIMIT:
             self.doubt += ", gave up"
         timeline.note(self.names, self.doubt)
 
@@ -121,8 +124,13 @@ class _Search:
         moved = self._moved(begin, end)
         if moved > self.enough and begin < middle < end:
             return None
+        if self.judged >= POSE_LIMIT:
+            return UNDECIDED
         outcome, reason = self.judge(middle)
         self.judged += 1
+        if outcome == CERTIFIED and end == int(end):  # a waypoint is worth a look
+            outcome, reason = self.judge(end)
+            self.judged += 1
         if outcome == CERTIFIED:  # at that instant; the piece is not proven
             if moved > self.finest and begin < middle < end:
                 return None
@@ -138,12 +146,16 @@ class _Search:
 
     def stays(self, begin: float, end: float) -> bool:
         """Whether the needle keeps to the corridor during a piece of a leg: a proof."""
+        return self.approach.allows(self.sweep(begin, end))
+
+    def sweep(self, begin: float, end: float) -> Slabs:
+        """What holds the needle at every instant of a piece of a leg."""
         change = self.motion.joints_at(end) - self.motion.joints_at(begin)
         slack = float(chord_slack(self.chain, self.way, self.gain, change))
         ends = [self._told(time) for time in (begin, end)]
         depth = np.stack([depth for depth, _ in ends])
         aside = np.stack([aside for _, aside in ends])
-        return self.approach.allows(Slabs.of(depth, aside, slack * GENEROUS + RESERVE))
+        return Slabs.of(depth, aside, slack * GENEROUS + RESERVE)
 
     def _told(self, time: float) -> tuple[Array, Array]:
         T = self.motion.place(self.chain, time)[self.needle.frame]
