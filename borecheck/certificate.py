@@ -13,6 +13,10 @@ by changing the joints one after the other, from the standing surface's side on,
 step turns the surface about one axis while all joints behind it still stand at q_m: it
 moves by at most |theta_j - theta_j,m| d_j. The sum bounds the whole displacement.
 
+A passage (a needle and its patient) has no clearance. Its intervals name an instant and
+a displacement; grown by it, what the needle takes up at that instant is in the corridor
+or clear of the patient (`passage`).
+
 Times count waypoints: 0 at the first, n - 1 at the last, straight in between.
 """
 
@@ -23,6 +27,8 @@ import os
 import re
 import tempfile
 import zipfile
+from collections.abc import Callable
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -31,12 +37,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import BorecheckError
-from borecheck.motion_bounds import FIXED, TURNS, WORLD, Chain, Route
+from borecheck.motion_bounds import FIXED, TURNS, WORLD, Chain, Route, route
+from borecheck.passage import Approach, Passage, Slabs, told
 from borecheck.path_distance import displacement_about
 from borecheck.path_outcome import PathVerdict
 from borecheck.path_search import Body, Motion, Pair, PathProblem, path_motion
 
 Array = NDArray[np.float64]
+Interval = list[float]
+Proof = Callable[[float, float, float], Interval | None]
 
 FORMAT = "borecheck path certificate"
 FORMAT_VERSION = 1
@@ -70,10 +79,16 @@ def certificate(
     motion = path_motion(problem, waypoints)
     pairs = []
     for pair, way in zip(problem.pairs, problem.routes, strict=True):
-        intervals = _cover(problem.chain, pair, way, motion)
+        intervals = _cover(motion, partial(_apart, problem.chain, pair, way, motion))
         if intervals is None:
             return None
         pairs.append(_pair_record(problem, pair, intervals))
+    passages = []
+    for passage in problem.passages:
+        intervals = _cover(motion, _keeps(problem, passage, motion))
+        if intervals is None:
+            return None
+        passages.append(_passage_record(problem, passage, intervals))
     content = {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
@@ -85,6 +100,7 @@ def certificate(
         "part_count": len(problem.parts),
         "excluded": [list(pair) for pair in sorted(problem.excluded)],
         "pairs": pairs,
+        "passages": passages,
     }
     return {**content, "sha256": digest(content)}
 
@@ -191,7 +207,7 @@ def _body_record(body: Body) -> dict[str, Any]:
 
 
 def _pair_record(
-    problem: PathProblem, pair: Pair, intervals: list[list[float]]
+    problem: PathProblem, pair: Pair, intervals: list[Interval]
 ) -> dict[str, Any]:
     bodies = _bodies(problem)
     return {
@@ -203,12 +219,26 @@ def _pair_record(
     }
 
 
-def _cover(
-    chain: Chain, pair: Pair, way: Route, motion: Motion
-) -> list[list[float]] | None:
+def _passage_record(
+    problem: PathProblem, passage: Passage, intervals: list[Interval]
+) -> dict[str, Any]:
+    corridor = passage.corridor
+    return {
+        "moving": passage.part,
+        "standing": len(problem.parts) + passage.obstacle,
+        "entry": [float(x) for x in corridor.entry],
+        "target": [float(x) for x in corridor.target],
+        "radius_m": corridor.radius,
+        "slack_m": corridor.slack,
+        "columns": ["from", "to", "at", "displacement_m"],
+        "intervals": intervals,
+    }
+
+
+def _cover(motion: Motion, proven: Proof) -> list[Interval] | None:
     """Intervals that cover the motion, in order; None if there are too many."""
     waiting = [(0.0, len(motion.theta) - 1.0)]
-    covered: list[list[float]] = []
+    covered: list[Interval] = []
     tried = 0
     while waiting:
         begin, end = waiting.pop()
@@ -216,17 +246,51 @@ def _cover(
         if tried > MOST_INTERVALS:
             return None
         middle = 0.5 * (begin + end)
-        placed = motion.place(chain, middle)
-        moved = displacement_about(chain, pair, way, motion, placed, begin, middle, end)
-        T_b = pair.standing.T_frame_mesh
-        if pair.standing.frame != WORLD:
-            T_b = placed[pair.standing.frame]
-        T_a = placed[pair.moving.frame]
-        need = moved + pair.margin + 2.0 * RESERVE
-        answer = pair.moving.tree.within(pair.standing.tree, T_a, T_b, need)
-        if answer.verdict == "clear":
-            clearance = min(float(answer.lower), 2.0 * need)
-            covered.append([begin, end, middle, clearance, moved])
+        interval = proven(begin, middle, end)
+        if interval is not None:
+            covered.append(interval)
         else:
             waiting += [(middle, end), (begin, middle)]
     return covered
+
+
+def _apart(
+    chain: Chain,
+    pair: Pair,
+    way: Route,
+    motion: Motion,
+    begin: float,
+    middle: float,
+    end: float,
+) -> Interval | None:
+    """An interval of a pair whose clearance exceeds its displacement."""
+    placed = motion.place(chain, middle)
+    moved = displacement_about(chain, pair, way, motion, placed, begin, middle, end)
+    T_b = pair.standing.T_frame_mesh
+    if pair.standing.frame != WORLD:
+        T_b = placed[pair.standing.frame]
+    T_a = placed[pair.moving.frame]
+    need = moved + pair.margin + 2.0 * RESERVE
+    answer = pair.moving.tree.within(pair.standing.tree, T_a, T_b, need)
+    if answer.verdict != "clear":
+        return None
+    clearance = min(float(answer.lower), 2.0 * need)
+    return [begin, end, middle, clearance, moved]
+
+
+def _keeps(problem: PathProblem, passage: Passage, motion: Motion) -> Proof:
+    """What proves an interval of a passage."""
+    chain = problem.chain
+    needle = problem.parts[passage.part]
+    patient = problem.obstacles[passage.obstacle]
+    approach = Approach(patient, passage.corridor)
+    pair, way = Pair(needle, patient, 0.0), route(chain, WORLD, needle.frame)
+
+    def proven(begin: float, middle: float, end: float) -> Interval | None:
+        placed = motion.place(chain, middle)
+        moved = displacement_about(chain, pair, way, motion, placed, begin, middle, end)
+        depth, aside = told(needle, passage.corridor, placed[needle.frame])
+        slabs = Slabs.of(depth[None], aside[None], moved + 2.0 * RESERVE)
+        return [begin, end, middle, moved] if approach.allows(slabs) else None
+
+    return proven

@@ -8,6 +8,10 @@ triangles are nearer than the named clearance (boxes round groups of triangles, 
 the distance of the triangles left over). The clearance must exceed displacement and
 margin. Closed surfaces must not hold each other at the start.
 
+A passage is a pair that may touch within a stated corridor, a needle and its patient.
+Its intervals name an instant and a displacement; `certificate_passage` says what must
+hold then. What corridor was meant, no certificate can know: it is named in the answer.
+
 Displacement. Let the joints stand at q_m. Of a product of joint transforms change one
 factor after the other from the standing side to the moving side: at each step what lies
 behind the joint is still as at q_m, so a point moves on a circle about that joint's
@@ -26,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.certificate_distance import GroupedMesh, nearer_than
+from borecheck.certificate_passage import StatedCorridor
 from borecheck.certificate_solid import connected_corners, is_closed, winding_number
 
 Array = NDArray[np.float64]
@@ -51,6 +56,7 @@ class Verification:
         intervals: How many intervals were checked.
         pairs: How many pairs of surfaces.
         not_covered: Pairs (part, obstacle) that the certificate leaves out.
+        passages: Pairs that may touch, and the corridor stated for each.
     """
 
     accepted: bool
@@ -58,6 +64,7 @@ class Verification:
     intervals: int
     pairs: int
     not_covered: tuple[tuple[str, str], ...] = ()
+    passages: tuple[str, ...] = ()
 
 
 class _Rejected(Exception):  # noqa: N818 - not an error: the answer of the check
@@ -196,7 +203,9 @@ class _Checker:
         self.parts = int(document["part_count"])
         self.bodies = [self._surface(r, known) for r in document["bodies"]]
         self.pairs = document["pairs"]
+        self.passages = document.get("passages", [])
         self.excluded = {(int(i), int(j)) for i, j in document["excluded"]}
+        self.allowed: list[str] = []
         self.problems: list[str] = []
         self.checked = 0
 
@@ -207,18 +216,24 @@ class _Checker:
                 self._pair(record)
             except _Rejected as problem:
                 self.problems.append(str(problem))
+        for record in self.passages:
+            try:
+                self._passage(record)
+            except (_Rejected, ValueError) as problem:
+                self.problems.append(str(problem))
         left_out = tuple(
             (self.bodies[i].name, self.bodies[self.parts + j].name)
             for i, j in sorted(self.excluded)
         )
-        if not self.pairs:
+        if not (self.pairs or self.passages):
             self.problems.append("it speaks of no pair of surfaces")
         return Verification(
             not self.problems,
             tuple(self.problems),
             self.checked,
-            len(self.pairs),
+            len(self.pairs) + len(self.passages),
             left_out,
+            tuple(self.allowed),
         )
 
     def _surface(self, record: dict[str, Any], known: dict[str, Arrays]) -> _Surface:
@@ -239,7 +254,8 @@ class _Checker:
 
     def _all_pairs_are_there(self) -> None:
         """Every part against every obstacle, unless stated as left out."""
-        stated = {(int(r["moving"]), int(r["standing"])) for r in self.pairs}
+        records = [*self.pairs, *self.passages]
+        stated = {(int(r["moving"]), int(r["standing"])) for r in records}
         for i in range(self.parts):
             for j in range(len(self.bodies) - self.parts):
                 if (i, self.parts + j) not in stated and (i, j) not in self.excluded:
@@ -264,6 +280,62 @@ class _Checker:
             self._interval(a, b, row, margin, names)
             self.checked += 1
         self._holds_nothing(a, b, names)
+
+    def _passage(self, record: dict[str, Any]) -> None:
+        """A part that may touch an obstacle of the world, within a corridor."""
+        i, j = int(record["moving"]), int(record["standing"])
+        if not 0 <= i < self.parts <= j < len(self.bodies):
+            raise _Rejected("a passage is not of a part and an obstacle")
+        a, b = self.bodies[i], self.bodies[j]
+        names = f"{a.name} and {b.name}"
+        if b.frame >= 0:
+            raise _Rejected(f"{names}: {b.name} moves, a corridor does not")
+        if not b.closed:
+            raise _Rejected(f"{names}: {b.name} is open, it has no inside")
+        intervals = np.array(record["intervals"], dtype=np.float64)
+        if intervals.ndim != 2 or intervals.shape[1] != 4:
+            raise _Rejected(f"{names}: no intervals")
+        if not np.isfinite(intervals).all():
+            raise _Rejected(f"{names}: an interval holds a number that is not finite")
+        self._covers(intervals, names)
+        R, shift = b.T_frame_mesh[:3, :3], b.T_frame_mesh[:3, 3]
+        patient = b.mesh.corners @ R.T + shift
+        corridor = StatedCorridor(record, patient)
+        for row in intervals:
+            self._within(a, b, corridor, patient, row, names)
+            self.checked += 1
+        self.allowed.append(f"{a.name} in {b.name} {corridor}")
+
+    def _within(
+        self,
+        a: _Surface,
+        b: _Surface,
+        corridor: StatedCorridor,
+        patient: Array,
+        row: Array,
+        names: str,
+    ) -> None:
+        """During an interval a is in the corridor, or outside b and not touching it."""
+        begin, end, at, displacement = (float(x) for x in row)
+        where = f"{names}, {begin:.6g} to {end:.6g}"
+        placed = self._placements(self._values(at))
+        moved = self._displacement(a, b, placed, begin, end, at)
+        if not displacement >= moved - ROUNDING:
+            raise _Rejected(
+                f"{where}: moves up to {moved:.3e} m, not {displacement:.3e} m"
+            )
+        T = _of(placed, a)
+        needle = a.mesh.corners @ T[:3, :3].T + T[:3, 3]
+        moved = max(moved, displacement) + RESERVE
+        wrong = corridor.why_not(needle, moved)
+        if wrong:
+            raise _Rejected(f"{where}: {a.name} {wrong}")
+        depth = float(((needle - corridor.entry) @ corridor.axis).min())
+        tail = corridor.at(depth - moved)
+        low, high = patient.min(axis=(0, 1)), patient.max(axis=(0, 1))
+        beyond = (tail < low).any() or (tail > high).any()
+        if not beyond and winding_number(tail, patient) != 0:
+            raise _Rejected(f"{where}: {a.name} begins inside {b.name}")
 
     def _covers(self, intervals: Array, names: str) -> None:
         begin, end, at = intervals[:, 0], intervals[:, 1], intervals[:, 2]

@@ -39,6 +39,7 @@ def run(args: argparse.Namespace) -> int:
             "intervals": answer.intervals,
             "pairs": answer.pairs,
             "not_covered": [list(pair) for pair in answer.not_covered],
+            "passages": list(answer.passages),
         }
         sys.stdout.write(json.dumps(document, indent=1) + "\n")
     else:
@@ -49,6 +50,7 @@ def run(args: argparse.Namespace) -> int:
         if answer.accepted:
             lines += [f"  {line}" for line in _subject(args.certificate)]
         lines += [f"  {problem}" for problem in answer.problems]
+        lines += [f"  allowed: {passage}" for passage in answer.passages]
         lines += [f"  not covered: {a} against {b}" for a, b in answer.not_covered]
         sys.stdout.write("\n".join(lines) + "\n")
     return ExitStatus.CLEAN if answer.accepted else ExitStatus.FINDINGS
