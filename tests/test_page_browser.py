@@ -133,7 +133,7 @@ def check(opened):
     """The page of the check as it is when it has just been opened."""
     page = opened.page
     page.evaluate("borecheckView.show(borecheckView.worstMotion(), null)")
-    page.locator("#cut").check()
+    page.locator("#cut").uncheck()
     page.locator('button[data-view="oblique"]').click()
     return opened
 
@@ -149,6 +149,28 @@ def difference(a, b):
 
 def test_webgl_draws_robot_and_scanner(check):
     assert covered(check.picture()) > COVERED
+
+
+def test_it_opens_whole_and_the_scanner_can_be_looked_through(browser, folder):
+    opened = Opened(browser, folder / "check.html").ready()
+    assert not opened.page.locator("#cut").is_checked()
+    assert opened.page.locator("#play").is_visible()
+    through = opened.picture()
+    opened.page.locator("#opacity").fill("1")
+    assert difference(through, opened.picture()) > 0.05
+    opened.context.close()
+
+
+def test_a_single_pose_has_nothing_to_play(browser, folder, tmp_path):
+    page = tmp_path / "pose.html"
+    words = ["check", ROBOT, "ct_gantry", "--q", "home", "--format", "json"]
+    assert main([*words, "--report", str(page)]) == 0
+    opened = Opened(browser, page).ready()
+    for name in ("#play", "#slider"):
+        assert not opened.page.locator(name).is_visible()
+    assert opened.page.locator("#instant").inner_text().startswith("clear: ")
+    assert opened.complaints == []
+    opened.context.close()
 
 
 def test_it_opens_at_the_plan_in_contact_and_lights_its_triangles(check):
@@ -197,11 +219,13 @@ def test_play_runs_to_the_end(check):
 
 def test_section_plane_cuts(check):
     page = check.page
-    cut = check.picture()
-    page.locator("#cut").uncheck()
     whole = check.picture()
-    assert difference(cut, whole) > 0.05
     page.locator("#cut").check()
+    cut = check.picture()
+    assert difference(cut, whole) > 0.05
+    page.locator('button[data-view="side"]').click()
+    assert page.locator("#cut").is_checked()  # a view leaves it as it is
+    page.locator('button[data-view="oblique"]').click()
     page.locator("#cut-at").fill("0.3")
     assert difference(cut, check.picture()) > 0.01
     page.locator("#cut-at").fill("0")

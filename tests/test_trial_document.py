@@ -99,5 +99,8 @@ def test_text_and_page_show_it(study: Study) -> None:
     assert "missed" in text
     header = {"schema_version": "1", "command": "trials", "argv": [], "date": None}
     html = page({**header, "versions": {}, **found})
+    shown, _, _ = html.partition("borecheck-result")
+    assert ">Goal point P3</h2>" in shown
+    assert "`" not in shown.partition("<body")[2]
     for word in ("Goal point P3", "Miss probability at 15 mm", "out of reach"):
         assert word in html

@@ -76,7 +76,7 @@ def _table(trials: Sequence[Document], point: str) -> dict[str, Any]:
     right = sum(t["published_ok"] for t in cells.values())
     return {
         "title": f"Goal point {point}",
-        "text": f"The papers have {right} of {len(cells)} right; ours by `exact`.",
+        "text": f"The papers have {right} of {len(cells)} right; ours by “exact”.",
         "table": {"columns": columns, "rows": rows},
     }
 
@@ -178,7 +178,7 @@ def _margins(found: Document) -> dict[str, Any]:
         "title": "What margin would have worked",
         "text": (
             "A margin catches 99.9 % at 15 mm with 0.1 % false alarms at 25 mm where "
-            "`at least` is below `at most`. Reach of the robot enlarged by 20 mm "
+            "“at least” is below “at most”. Reach of the robot enlarged by 20 mm "
             f"towards the gantry: {told}."
         ),
         "table": {"columns": ["", "at least [mm]", "at most [mm]"], "rows": rows},

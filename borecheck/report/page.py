@@ -130,6 +130,7 @@ def _environment() -> Any:
     environment.filters["mm"] = millimetres
     environment.filters["thousands"] = lambda number: f"{number:,}"
     environment.filters["percent"] = lambda share: f"{100.0 * share:.1f} %"
+    environment.filters["sentence"] = lambda text: f"{text[:1].upper()}{text[1:]}"
     environment.filters["cell"] = cell
     environment.filters["command_line"] = lambda words: shlex.join(map(str, words))
     environment.globals["MOST_ROWS"] = MOST_ROWS

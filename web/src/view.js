@@ -45,6 +45,7 @@ class View {
     const middle = this.stage.bounds(this.stage.robot).getCenter(new THREE.Vector3());
     this.near = middle.y < 0 ? 1 : -1;
     this.setSection();
+    this.stage.setOpacity(Number(byId("opacity").value));
     this.overview("oblique", false);
   }
 
@@ -113,7 +114,7 @@ class View {
     if (byId("motion")) byId("motion").value = String(motion);
     byId("slider").max = String(poses.length - 1);
     byId("slider").value = String(this.pose);
-    byId("slider").disabled = byId("play").disabled = poses.length < 2;
+    byId("along").hidden = byId("play").hidden = poses.length < 2;
     this.stage.setPose(motion, this.pose);
     this.mark();
   }
@@ -169,6 +170,7 @@ class View {
       const says = Object.entries(pose.verdicts ?? {}).map(([name, said]) => `${name}: ${said ? "contact" : "none"}`);
       return `Pose ${this.pose} (${count}) – ${says.join(", ")}`;
     }
+    if (!motion.fractions && motion.poses.length < 2) return `${pose.verdict}: ${pose.reason}`;
     return `${where} (sample ${count}) – ${pose.verdict}: ${pose.reason}`;
   }
 
@@ -230,9 +232,6 @@ class View {
     const centre = this.stage.bounds(this.stage.robot).getCenter(new THREE.Vector3()).multiplyScalar(0.5);
     centre.z = 0.05;
     if (name === "bore") centre.set(0, 0, 0);
-    // From these sides a section along the bore would hide half of it.
-    byId("cut").checked = name === "oblique" || name === "side";
-    if (byId("cut").checked) byId("cut-axis").value = "y";
     this.setSection();
     this.eye.look(name, centre, name === "bore" ? 0.75 : 1.2, this.near, fly);
   }
