@@ -252,6 +252,12 @@ def test_a_needle_driven_past_its_target_is_contact(zerobot, ct_gantry):
     )
     assert planned.sampled_clear == len(planned.poses)
     assert planned.poses[-1].corridor_contacts > 0
+    certified = check_motion(
+        zerobot, ct_gantry, motion.waypoints, EXACT, corridor=motion.corridor, samples=3
+    )
+    assert certified.verdict == "clear"
+    assert certified.certified
+    assert certified.not_covered == ()
     deeper = motion.waypoints.copy()
     deeper[-1, 5] += 0.01
     past = check_motion(
