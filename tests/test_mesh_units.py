@@ -196,6 +196,25 @@ def test_the_command_warns_in_json_and_writes_no_certificate(capsys, gantry, tmp
     assert "was guessed (mm)" in text
 
 
+def test_a_plan_is_not_clear_from_a_guess(capsys, gantry, tmp_path):
+    plans = tmp_path / "plans.csv"
+    head = "name,entry_x,entry_y,entry_z,target_x,target_y,target_z"
+    plans.write_text(f"{head}\nvertical,0,0,-0.0011,0,0,-0.07\n")
+    found = {}
+    for unit in ("", ":mm"):
+        words = ["check", "zerobot", "ct_gantry", "--plan", plans, "--samples", "3"]
+        words += ["--obstacle", f"{gantry}{unit}@0,0,2.0", "--format", "json"]
+        status = main(list(map(str, words)))
+        found[unit] = status, json.loads(capsys.readouterr().out)["plans"][0]
+    assert found[":mm"][0] == 0
+    status, plan = found[""]
+    assert status == 2
+    assert plan["verdict"] == "unknown"
+    assert f"type {gantry}:mm@0,0,2.0" in plan["reason"]
+    assert not plan["path"]["certified"]
+    assert "clear" not in {s["verdict"] for s in plan["path"]["intervals"]}
+
+
 def test_comparisons_carry_the_warning(capsys, gantry, tmp_path):
     page = tmp_path / "page.html"
     words = ["compare", ROBOT, f"{gantry}@1,0,0.6", "--q", "0", "--report", page]

@@ -168,7 +168,7 @@ class View {
     const count = `${this.pose + 1} of ${motion.poses.length}`;
     if (!pose.verdict) {
       const says = Object.entries(pose.verdicts ?? {}).map(([name, said]) => `${name}: ${said ? "contact" : "none"}`);
-      return `Pose ${this.pose} (${count}) – ${says.join(", ")}`;
+      return [`Pose ${this.pose} (${count})`, says.join(", ")].filter(Boolean).join(" – ");
     }
     if (!motion.fractions && motion.poses.length < 2) return `${pose.verdict}: ${pose.reason}`;
     return `${where} (sample ${count}) – ${pose.verdict}: ${pose.reason}`;
