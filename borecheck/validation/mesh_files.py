@@ -1,6 +1,6 @@
 """Mesh file checks: is there a mesh in the file, and in which unit."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -17,6 +17,7 @@ _INDEX = ("names a vertex", "names vertex")
 # A link longer than this many times the robot's whole kinematic length is no link.
 LARGE_RATIO = 10.0
 SMALL_RATIO = 1e-3
+MARGIN_RATIO = 1.5  # a collision shape may be a little larger on purpose
 UNIT_RATIOS = {1000.0: "millimetres", 25.4: "inches and millimetres", 39.37: "inches"}
 UNIT_RATIOS |= {100.0: "centimetres"}
 
@@ -28,6 +29,16 @@ def mesh_shapes(robot: Robot) -> Iterator[DraftShape]:
         path = path_of(robot, shape)
         if path is not None and path not in seen:
             seen.add(path)
+            yield shape
+
+
+def scaled_shapes(robot: Robot) -> Iterator[DraftShape]:
+    """One shape for each mesh file and scale: the size of each is another."""
+    seen = set()
+    for shape in sorted(shapes(robot), key=lambda s: s.kind != "collision"):
+        path = path_of(robot, shape)
+        if path is not None and (path, shape.scale) not in seen:
+            seen.add((path, shape.scale))
             yield shape
 
 
@@ -97,7 +108,7 @@ def mesh_unit(robot: Robot) -> Iterator[Hit]:
     """
     if robot.size <= 1e-3:
         return
-    for shape in mesh_shapes(robot):
+    for shape in scaled_shapes(robot):
         extent = shape_extent(robot, shape)
         if extent is None:
             continue
@@ -136,6 +147,30 @@ def mesh_unit_pair(robot: Robot) -> Iterator[Hit]:
                 message = f"the {larger} is {ratio:.4g} times larger: {unit}?"
                 yield Hit(link.of_kind(larger)[0].shape, message)
                 break
+
+
+@check("G538", "mesh-scale-pair", "geometry", "WWW")
+def mesh_scale_pair(robot: Robot) -> Iterator[Hit]:
+    """The same mesh file has another scale as collision than as visual.
+
+    Why: What is checked has another size, or is the mirror image, of what is drawn.
+
+    Mend: Give both the same scale; to check with a margin, give a margin to the check.
+    """
+    for link in robot.links:
+        drawn = {shape.filename: shape for shape in link.of_kind("visual")}
+        for shape in link.of_kind("collision"):
+            other = drawn.get(shape.filename) if shape.filename else None
+            if other is None or 0.0 in (*shape.scale, *other.scale):
+                continue
+            ratios = [a / b for a, b in zip(shape.scale, other.scale, strict=True)]
+            if min(ratios) < 1.0 / MARGIN_RATIO or max(ratios) > MARGIN_RATIO:
+                scales = f"{_numbers(shape.scale)}, drawn with {_numbers(other.scale)}"
+                yield Hit(shape.shape, f"scale {scales}", "scale")
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return " ".join(f"{value:g}" for value in values)
 
 
 @check("G514", "collada-unit", "geometry", "III", "meshes")

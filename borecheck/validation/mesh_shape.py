@@ -7,7 +7,7 @@ from borecheck.validation.extents import shape_extent
 from borecheck.validation.findings import Severity
 from borecheck.validation.mesh_coverage import coverage_of
 from borecheck.validation.mesh_facts import MeshFacts, bodies_of
-from borecheck.validation.mesh_files import mesh_shapes
+from borecheck.validation.mesh_files import mesh_shapes, scaled_shapes
 from borecheck.validation.mesh_reading import facts, mesh_of
 from borecheck.validation.registry import Hit, check
 
@@ -223,7 +223,7 @@ def mesh_small_triangles(robot: Robot) -> Iterator[Hit]:
     """
     import numpy as np
 
-    for shape in mesh_shapes(robot):
+    for shape in scaled_shapes(robot):
         mesh = mesh_of(robot, shape)
         if mesh is None or shape.kind != "collision":
             continue

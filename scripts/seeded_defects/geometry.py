@@ -4,7 +4,7 @@ import struct
 
 from lxml import etree
 
-from seeded_defects.spoiling import assign, drop, kind, pick
+from seeded_defects.spoiling import assign, drop, kind, pick, scale
 
 
 @kind("geometry")
@@ -134,14 +134,20 @@ def mesh_in_millimetres(r, rng):
     return _changed(r, rng, lambda v, f: ([[1e3 * x for x in p] for p in v], f))
 
 
+def _rescaled(mesh, factor):
+    if mesh is not None:
+        mesh.set("scale", mesh.get("scale") or "1 1 1")
+    return scale(mesh, "scale", factor)
+
+
 @kind("geometry")
 def mesh_scaled_down_twice(r, rng):
-    return assign(pick(rng, r.meshes()), "scale", "0.001 0.001 0.001")
+    return _rescaled(pick(rng, r.meshes()), 0.001)
 
 
 @kind("geometry")
 def mesh_in_inches(r, rng):
-    return assign(pick(rng, r.meshes()), "scale", "39.37 39.37 39.37")
+    return _rescaled(pick(rng, r.meshes()), 39.37)
 
 
 @kind("geometry")

@@ -50,6 +50,11 @@ def _limit(r, rng, types=("revolute", "prismatic")):
     return None if joint is None else joint.find("limit")
 
 
+def _can_move(joint):
+    limit = joint.find("limit")
+    return limit is not None and limit.get("lower", "0") != limit.get("upper", "0")
+
+
 @kind("joints")
 def limit_reversed(r, rng):
     limit = _limit(r, rng)
@@ -64,7 +69,7 @@ def limit_reversed(r, rng):
 
 @kind("joints")
 def limit_equal(r, rng):
-    limit = _limit(r, rng)
+    limit = pick(rng, [j.find("limit") for j in r.limited() if _can_move(j)])
     if limit is not None:
         limit.set("lower", "0")
         limit.set("upper", "0")
@@ -193,9 +198,10 @@ def mimic_of_fixed(r, rng):
 @kind("joints")
 def mimic_beyond_limits(r, rng):
     joints = [j for j in r.joints("revolute") if j.find("mimic") is None]
-    if len(joints) < 2:
+    movable = [j for j in joints if _can_move(j)]
+    if len(movable) < 2:
         return None
-    one, two = rng.sample(joints, 2)
+    one, two = rng.sample(movable, 2)
     return etree.SubElement(two, "mimic", joint=one.get("name"), multiplier="50")
 
 

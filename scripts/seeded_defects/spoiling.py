@@ -115,6 +115,7 @@ def pick(rng: Random, things: list[Any]) -> Any:
 def spoil(path: Path, name: str, seed: int) -> tuple[bytes, str] | None:
     """The bytes of a spoilt robot and where the fault is; None if it cannot be."""
     root = etree.parse(str(path)).getroot()
+    before = etree.tostring(root, xml_declaration=True, encoding="UTF-8")
     robot = Robot(root, path.parent, tag=name)
     element = KINDS[name][1](robot, Random(f"{name} {seed} {path.name}"))
     if element is None:
@@ -123,7 +124,7 @@ def spoil(path: Path, name: str, seed: int) -> tuple[bytes, str] | None:
     data = etree.tostring(root, xml_declaration=True, encoding="UTF-8")
     for edit in robot.edits:
         data = edit(data)
-    return data, where
+    return None if data == before else (data, where)
 
 
 def assign(element: Any, name: str, value: str | None) -> Any:

@@ -18,8 +18,11 @@ def root_renamed(r, rng):
 
 @kind("structure")
 def tag_unclosed(r, rng):
+    joints = r.joints()
+    for comment in r.root.iter(etree.Comment):
+        comment.text = " "  # an end tag within a comment ends nothing
     r.edits.append(lambda data: data.replace(b"</joint>", b"", 1))
-    return r.root if r.joints() else None
+    return r.root if joints else None
 
 
 @kind("structure")
@@ -205,7 +208,7 @@ def xacro_tag_left(r, rng):
 
 @kind("structure")
 def prefix_undeclared(r, rng):
-    new = b"<controller:plugin/></robot>"
+    new = b"<undeclared:plugin/></robot>"
     r.edits.append(lambda data: data.replace(b"</robot>", new, 1))
     return r.root
 
