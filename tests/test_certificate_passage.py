@@ -234,7 +234,7 @@ def test_both_sides_agree_about_random_needles(rng: np.random.Generator) -> None
         target = LENGTH * direction / np.linalg.norm(direction)
         corridor = Corridor(np.zeros(3), target, RADIUS)
         x = np.array([*rng.uniform(-1.0, 1.0, 2), 0.0])
-        R = axis_rotation(x, np.linalg.norm(x) * 0.02)[:3, :3]
+        R = axis_rotation(x / np.linalg.norm(x), np.linalg.norm(x) * 0.02)
         upright = np.column_stack(
             [
                 *np.linalg.qr(np.column_stack([target, np.eye(3)[:, :2]]))[0].T[1:],
