@@ -54,6 +54,7 @@ def _add_depth(parser: argparse.ArgumentParser) -> None:
     add(
         "--no-run", action="store_true", help="do not move the robot in other libraries"
     )
+    add("--load-meshes", action="store_true", help="in Pinocchio and Coal, too")
     add("--containment", action="store_true", help="an open collision mesh is an error")
     add("--self-intersection", action="store_true", help="search meshes for crossings")
     add("--self-contact", type=int, metavar="N", help="sample N configurations")
@@ -122,6 +123,7 @@ def _given(args: argparse.Namespace) -> dict[str, Any]:
         "ignore": None if args.ignore is None else codes_of(args.ignore),
         "meshes": False if args.no_meshes else None,
         "run": False if args.no_run or args.no_meshes else None,
+        "load_meshes": args.load_meshes or None,
         "containment": args.containment or None,
         "self_intersection": args.self_intersection or None,
         "self_contact": args.self_contact,

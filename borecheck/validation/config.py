@@ -23,14 +23,14 @@ _TABLES: dict[str, type] = {
 }
 _LISTS = ("select", "ignore", "package-path", "frame", "link")
 _WORDS = ("profile", "fail-on", "srdf", "reference", "baseline")
-_SWITCHES = ("meshes", "run", "containment", "self-intersection")
+_SWITCHES = ("meshes", "run", "load-meshes", "containment", "self-intersection")
 _NUMBERS = ("samples", "seed", "self-contact")
 _FIELDS = {
     **{"profile": "profile", "select": "select", "ignore": "ignore", "srdf": "srdf"},
     **{"meshes": "meshes", "run": "run", "containment": "containment"},
     **{"self-intersection": "self_intersection", "self-contact": "self_contact"},
     **{"samples": "samples", "seed": "seed", "frame": "frames", "link": "links"},
-    **{"reference": "reference"},
+    **{"reference": "reference", "load-meshes": "load_meshes"},
 }
 _DECLARED = {
     "remote-centre": "remote_centres",

@@ -60,6 +60,7 @@ class Options:
         ignore: Codes or beginnings of codes to leave out.
         meshes: Whether mesh files are read.
         run: Whether the robot is loaded and moved in Pinocchio and yourdfpy.
+        load_meshes: Whether Pinocchio and Coal load the collision meshes, too.
         containment: Whether containment or signed distance will be asked for: then
             an open mesh is an error.
         self_intersection: Whether meshes are searched for crossing faces.
@@ -83,6 +84,7 @@ class Options:
     ignore: tuple[str, ...] = ()
     meshes: bool = True
     run: bool = True
+    load_meshes: bool = False
     containment: bool = False
     self_intersection: bool = False
     self_contact: int = 0

@@ -15,7 +15,7 @@ from borecheck.validation.registry import Check, Hit, all_checks
 
 # A file with thousands of equal faults needs no thousands of lines.
 MOST_PER_CHECK = 200
-RUN_CODES = ("K601", "K608", "K609", "K612")
+RUN_CODES = ("K601", "K608", "K609", "K611", "K612", "K615")
 
 
 def validate_file(

@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Iterator
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from borecheck.se3 import Array, rotation_angle
 from borecheck.validation.draft import Robot
 from borecheck.validation.findings import Severity
 from borecheck.validation.limits import UNLIMITED_FROM
+from borecheck.validation.mesh_reading import resolution_of
 from borecheck.validation.motion import motion_of
 from borecheck.validation.registry import Hit, check
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-9  # [m] and [rad] on a robot of 1 m; agreement is 3e-13 in practice
 ROUNDING = 1e-7  # a difference below it is a root of the smallest one, 2e-16
 PATIENCE_S = 120.0
+FRAMES = ("pinocchio", "yourdfpy")  # the libraries that place links
 _MODULE = "borecheck.validation.voices"
 
 
@@ -35,11 +38,10 @@ def start_voices(robot: Robot) -> None:
     configurations = [
         {} if motion is None else motion.positions(motion.named(q)) for q in chosen
     ]
-    text = etree.tostring(robot.root, encoding="unicode")
     request = {
-        "text": text,
+        "text": etree.tostring(_with_places(robot), encoding="unicode"),
         "configurations": configurations,
-        "voices": ["pinocchio", "yourdfpy"],
+        "voices": [*FRAMES, *(["geometry"] if robot.options.load_meshes else [])],
     }
     process = subprocess.Popen(
         [sys.executable, "-m", _MODULE],
@@ -62,26 +64,38 @@ def voices_of(robot: Robot) -> dict[str, Any]:
     return found
 
 
+def _with_places(robot: Robot) -> Any:
+    """The robot with its mesh files by their absolute paths, as all libraries read."""
+    if not robot.options.load_meshes:
+        return robot.root
+    root = deepcopy(robot.root)
+    for mesh in root.iter("mesh"):
+        name = (mesh.get("filename") or "").strip()
+        path = resolution_of(robot, name).path if name else None
+        if path is not None:
+            mesh.set("filename", f"file://{path.absolute()}")
+    return root
+
+
 def _await(process: "Popen[str]", request: str) -> dict[str, Any]:
     from subprocess import TimeoutExpired
 
     try:
         answer, noise = process.communicate(request, timeout=PATIENCE_S)
+        problem = f"the process died (status {process.returncode})"
     except TimeoutExpired:
         process.kill()
-        process.communicate()
-        return _both(f"gave no answer within {PATIENCE_S:g} s")
-    if process.returncode != 0:
-        return _both(f"the process died (status {process.returncode})")
-    said: dict[str, Any] = json.loads(answer)
+        answer, noise = process.communicate()
+        problem = f"gave no answer within {PATIENCE_S:g} s"
+    said: dict[str, Any] = {}
+    for line in answer.splitlines():
+        said |= json.loads(line)
+    for name in json.loads(request)["voices"]:
+        said.setdefault(name, {"error": problem})
     reason = [line for line in noise.splitlines() if line.startswith("Error:")]
     if reason and "error" in said["pinocchio"]:
         said["pinocchio"]["error"] += f" ({' '.join(reason[0].split())})"
     return said
-
-
-def _both(problem: str) -> dict[str, Any]:
-    return {name: {"error": problem} for name in ("pinocchio", "yourdfpy")}
 
 
 @check("K601", "kinematics-disagree", "kinematics", "EEE", "run")
@@ -102,7 +116,7 @@ def kinematics_disagree(robot: Robot) -> Iterator[Hit]:
     configurations = robot.memory.get("configurations") or _configurations(robot)
     expected = [motion.placements(positions) for positions in configurations]
     for library, said in voices_of(robot).items():
-        if "frames" not in said:
+        if library not in FRAMES or "frames" not in said:
             continue
         worst = _worst(expected, said["frames"], motion.root)
         if worst is None or worst[0] <= TOLERANCE * max(1.0, robot.size):
@@ -145,6 +159,37 @@ def yourdfpy_refuses(robot: Robot) -> Iterator[Hit]:
     said = voices_of(robot)["yourdfpy"]
     if "error" in said:
         yield Hit(robot.root, f"yourdfpy: {said['error']}")
+
+
+@check("K611", "pinocchio-geometry-refuses", "kinematics", "WWW", "run")
+def pinocchio_geometry_refuses(robot: Robot) -> Iterator[Hit]:
+    """Pinocchio and Coal cannot load the collision geometry (with --load-meshes).
+
+    Why: Whoever checks contacts with them has no geometry.
+
+    Mend: See the other findings; else export the mesh again, as binary STL.
+    """
+    said = voices_of(robot).get("geometry", {})
+    if "error" in said and "error" not in voices_of(robot)["pinocchio"]:
+        yield Hit(robot.root, f"Pinocchio: {said['error']}")
+
+
+@check("K615", "loading-effort", "kinematics", "III", "run")
+def loading_effort(robot: Robot) -> Iterator[Hit]:
+    """What loading the robot takes in time and memory (with --load-meshes).
+
+    Why: A program that loads it on every start should know.
+
+    Mend: Nothing, unless it is too much: simplify the collision meshes.
+    """
+    if not robot.options.load_meshes:
+        return
+    for library, said in voices_of(robot).items():
+        if "error" not in said:
+            shapes = f" {said['shapes']} shapes," if "shapes" in said else ""
+            mega = said["bytes"] / 1e6
+            text = f"{library}:{shapes} {said['seconds']:.2g} s, {mega:.0f} MB at most"
+            yield Hit(robot.root, text)
 
 
 @check("K612", "pinocchio-refuses-mimic", "kinematics", "III", "run")
