@@ -27,7 +27,7 @@ import os
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -36,6 +36,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck.corridor import Corridor
 from borecheck.errors import BorecheckError
 from borecheck.motion_bounds import FIXED, TURNS, WORLD, Chain, Route, route
 from borecheck.passage import Approach, Passage, Slabs, told
@@ -58,7 +59,10 @@ _MESH_ARRAY = re.compile(r"[0-9a-f]{64}\.(vertices|triangles)")
 
 
 def certificate(
-    problem: PathProblem, waypoints: ArrayLike, outcome: PathVerdict
+    problem: PathProblem,
+    waypoints: ArrayLike,
+    outcome: PathVerdict,
+    about: Mapping[str, Any] | None = None,
 ) -> dict[str, Any] | None:
     """The certificate of a motion that `path_search.search` found clear.
 
@@ -66,6 +70,8 @@ def certificate(
         problem: Who must not touch whom.
         waypoints: The motion, (n, nq).
         outcome: What the search said.
+        about: What it is called: robot, scene and, of a needle plan, `plan` with its
+            name and corridor, which every passage must have. Plain values.
 
     Returns:
         Plain values for `json.dumps`, or None: the motion is not certified, holds an
@@ -102,6 +108,8 @@ def certificate(
         "pairs": pairs,
         "passages": passages,
     }
+    if about is not None:
+        content["about"] = dict(about)
     return {**content, "sha256": digest(content)}
 
 
@@ -226,12 +234,19 @@ def _passage_record(
     return {
         "moving": passage.part,
         "standing": len(problem.parts) + passage.obstacle,
-        "entry": [float(x) for x in corridor.entry],
-        "target": [float(x) for x in corridor.target],
-        "radius_m": corridor.radius,
-        "slack_m": corridor.slack,
+        **corridor_record(corridor),
         "columns": ["from", "to", "at", "displacement_m"],
         "intervals": intervals,
+    }
+
+
+def corridor_record(corridor: Corridor) -> dict[str, Any]:
+    """Where a needle may be, as plain values."""
+    return {
+        "entry": [float(x) for x in corridor.entry],
+        "target": [float(x) for x in corridor.target],
+        "radius_m": float(corridor.radius),
+        "slack_m": float(corridor.slack),
     }
 
 

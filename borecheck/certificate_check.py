@@ -11,6 +11,8 @@ margin. Closed surfaces must not hold each other at the start.
 A passage is a pair that may touch within a stated corridor, a needle and its patient.
 Its intervals name an instant and a displacement; `certificate_passage` says what must
 hold then. What corridor was meant, no certificate can know: it is named in the answer.
+Names of robot, scene and plan are what the writer called them; only that a passage is
+the corridor of the plan named is asked.
 
 Displacement. Let the joints stand at q_m. Of a product of joint transforms change one
 factor after the other from the standing side to the moving side: at each step what lies
@@ -42,6 +44,8 @@ FORMAT_VERSION = 1
 RESERVE = 1e-9
 # Displacements may be recorded this much below what is derived here: rounding, [m].
 ROUNDING = 1e-10
+# What a passage and the plan it belongs to must both state.
+CORRIDOR = ("entry", "target", "radius_m", "slack_m")
 # A rotation's rows are unit vectors up to this.
 RIGID = 1e-9
 
@@ -204,6 +208,7 @@ class _Checker:
         self.bodies = [self._surface(r, known) for r in document["bodies"]]
         self.pairs = document["pairs"]
         self.passages = document.get("passages", [])
+        self.about = document.get("about")
         self.excluded = {(int(i), int(j)) for i, j in document["excluded"]}
         self.allowed: list[str] = []
         self.problems: list[str] = []
@@ -211,6 +216,7 @@ class _Checker:
 
     def run(self) -> Verification:
         self._all_pairs_are_there()
+        self._passages_are_the_plans()
         for record in self.pairs:
             try:
                 self._pair(record)
@@ -261,6 +267,18 @@ class _Checker:
                 if (i, self.parts + j) not in stated and (i, j) not in self.excluded:
                     names = self.bodies[i].name, self.bodies[self.parts + j].name
                     self.problems.append(f"{names[0]} and {names[1]}: not examined")
+
+    def _passages_are_the_plans(self) -> None:
+        """Where names are stated: contact is allowed in the named plan's corridor."""
+        if self.about is None:
+            return
+        plan = self.about.get("plan")
+        for record in self.passages:
+            if plan is None:
+                self.problems.append("it allows contact, but names no needle plan")
+            elif any(record[name] != plan[name] for name in CORRIDOR):
+                name = plan["name"]
+                self.problems.append(f"the corridor is not that of the plan {name!r}")
 
     def _pair(self, record: dict[str, Any]) -> None:
         a = self.bodies[int(record["moving"])]

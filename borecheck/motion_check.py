@@ -104,7 +104,7 @@ def sample_motion(
         poses.append(check_with(robot, scene, q, chosen, corridor))
         if progress is not None:
             progress(done + 1, len(fractions))
-    return _sampled(points, fractions, tuple(poses))
+    return _sampled(points, fractions, tuple(poses), scene.doubt)
 
 
 def checked_waypoints(robot: Robot, waypoints: ArrayLike) -> Array:
@@ -155,7 +155,10 @@ def configurations_at(points: Array, fractions: Array) -> Array:
 
 
 def _sampled(
-    points: Array, fractions: Array, poses: tuple[Verdict, ...]
+    points: Array,
+    fractions: Array,
+    poses: tuple[Verdict, ...],
+    doubt: str | None,
 ) -> MotionVerdict:
     verdicts = [pose.verdict for pose in poses]
     worst = _worst(poses)
@@ -163,7 +166,7 @@ def _sampled(
     clear = verdicts.count(CLEAR)
     if in_contact:
         first = in_contact[0]
-        verdict, reason = CONTACT, f"at {fractions[first]:.1%}: {poses[first].reason}"
+        verdict, reason = CONTACT, _placed(fractions[first], poses[first])
         qualifiers = poses[first].qualifiers
     elif clear == len(poses) and len(points) == 1:
         verdict, reason = CLEAR, poses[0].reason
@@ -173,9 +176,14 @@ def _sampled(
         reason = f"clear at {clear} samples, not certified between them"
         qualifiers = ()
     else:
-        open_pose = verdicts.index(UNKNOWN)
+        undecided = [k for k, verdict in enumerate(verdicts) if verdict == UNKNOWN]
+        # what holds of the whole scene has no place on the motion
+        own = [k for k in undecided if not (doubt and doubt in poses[k].reason)]
+        open_pose = (own or undecided)[0]
         verdict = UNKNOWN
-        reason = f"at {fractions[open_pose]:.1%}: {poses[open_pose].reason}"
+        reason = _placed(fractions[open_pose], poses[open_pose])
+        if doubt is not None and not own:
+            reason = doubt
         qualifiers = poses[open_pose].qualifiers
     return MotionVerdict(
         verdict=verdict,
@@ -190,6 +198,10 @@ def _sampled(
         worst=worst,
         waypoints=tuple(tuple(float(v) for v in q) for q in points),
     )
+
+
+def _placed(fraction: float, pose: Verdict) -> str:
+    return f"at {fraction:.1%} of the motion: {pose.reason}"
 
 
 def _worst(poses: tuple[Verdict, ...]) -> int:

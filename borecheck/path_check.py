@@ -6,7 +6,9 @@ passage: they may touch within the plan's corridor, and nowhere else.
 """
 
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -212,11 +214,21 @@ def write_path_certificate(
     margin: float,
     file: Path,
     corridor: Corridor | None = None,
+    plan: str = "",
 ) -> None:
     """Writes what anyone needs to check again that a motion is clear.
 
     The file is JSON; beside it `<name>.npz` holds the meshes it speaks of.
     `borecheck verify` checks both, sharing no code with the search.
+
+    Args:
+        robot: The robot.
+        scene: What stands around it.
+        waypoints: Configurations, (k, n), [m] and [rad]; straight in each joint.
+        margin: Required clearance to obstacles, [m].
+        file: Where to write it.
+        corridor: Of a needle plan: where the needle may be in the patient.
+        plan: What that plan is called.
 
     Raises:
         UsageError: The motion is not proven clear, or has no certificate of a size
@@ -229,13 +241,33 @@ def write_path_certificate(
     outcome = search(problem, points)
     if outcome.verdict != CLEAR:
         raise UsageError(f"there is no certificate to write: {outcome.reason}")
-    document = certificate(problem, points, outcome)
+    about = _about(robot, scene, corridor, plan)
+    document = certificate(problem, points, outcome, about)
     if document is None:
         raise UsageError(
             "there is no certificate to write: a surface is open, or the motion passes "
             "so near that thousands of intervals would be needed"
         )
     write_certificate(file, document, problem)
+
+
+def _about(
+    robot: Robot, scene: Scene, corridor: Corridor | None, plan: str
+) -> dict[str, Any]:
+    """What a certificate is called: names of robot, scene and plan."""
+    from borecheck.certificate import corridor_record
+
+    about: dict[str, Any] = {
+        "robot": {
+            "name": robot.name,
+            "arguments": dict(robot.arguments),
+            "urdf_sha256": sha256(robot.urdf_text.encode()).hexdigest(),
+        },
+        "scene": {"name": scene.name, "arguments": dict(scene.arguments)},
+    }
+    if corridor is not None:
+        about["plan"] = {"name": plan, **corridor_record(corridor)}
+    return about
 
 
 def _left_out(problem: PathProblem) -> tuple[str, ...]:

@@ -175,7 +175,7 @@ def _judgement(
 ) -> tuple[str, str]:
     if first is not None:
         start, end, names = first
-        return CONTACT, f"{' and '.join(names)} meet between {start:.6f} and {end:.6f}"
+        return CONTACT, f"{' and '.join(names)} meet {_stretch(start, end)}"
     if timeline.contained:
         return CONTACT, timeline.contained[0][1]
     if timeline.undecided:
@@ -185,10 +185,14 @@ def _judgement(
         s = left[0]
         why = timeline.notes.get(s.pairs[0], "no gap could be shown there")
         who = " and ".join(s.pairs[0])
-        return UNKNOWN, f"{who} between {s.start:.6f} and {s.end:.6f}: {why}"
+        return UNKNOWN, f"{who} {_stretch(s.start, s.end)}: {why}"
     if pairs == 0:
         return UNKNOWN, "nothing was examined"
     return CLEAR, f"every instant is proven clear for {pairs} pairs"
+
+
+def _stretch(start: float, end: float) -> str:
+    return f"between {start:.4%} and {end:.4%} of the motion"
 
 
 def _first_contact(

@@ -10,7 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from borecheck.certificate import certificate, digest, write_certificate
+from borecheck.certificate import (
+    certificate,
+    corridor_record,
+    digest,
+    write_certificate,
+)
 from borecheck.certificate_check import verify
 from borecheck.certificate_passage import StatedCorridor
 from borecheck.cli import main
@@ -211,6 +216,42 @@ def test_any_change_is_rejected(
     found = verify(changed, meshes)
     assert not found.accepted
     assert all("does not have the hash" not in text for text in found.problems)
+
+
+def _named(problem: PathProblem, plan: dict[str, Any] | None) -> Document:
+    """A certificate that also says what it is called."""
+    about: dict[str, Any] = {} if plan is None else {"plan": plan}
+    outcome = search(problem, WAYPOINTS)
+    written = certificate(problem, WAYPOINTS, outcome, about)
+    assert written is not None
+    return written
+
+
+def test_contact_is_allowed_in_the_named_plans_corridor_only(
+    problem: PathProblem, meshes: list[Any]
+) -> None:
+    """A wider, deeper, shifted or missing plan does not stand for this corridor."""
+    plan = {"name": "liver", **corridor_record(CORRIDOR)}
+    assert verify(_named(problem, plan), meshes).accepted
+    others: list[dict[str, Any]] = [
+        {**plan, "radius_m": 2.0 * RADIUS},
+        {**plan, "slack_m": 0.0},
+        {**plan, "target": [0.0, 0.0, -LENGTH - 1e-9]},
+        {**plan, "entry": [1e-9, 0.0, 0.0]},
+    ]
+    for other in others:
+        problems = verify(_named(problem, other), meshes).problems
+        assert problems == ("the corridor is not that of the plan 'liver'",)
+    nameless = verify(_named(problem, None), meshes)
+    assert nameless.problems == ("it allows contact, but names no needle plan",)
+
+
+@pytest.mark.parametrize("about", [[], "liver", {"plan": {}}, {"plan": "liver"}])
+def test_names_that_are_none_are_rejected(
+    about: Any, document: Document, meshes: list[Any]
+) -> None:
+    content = {k: v for k, v in document.items() if k != "sha256"} | {"about": about}
+    assert not verify({**content, "sha256": digest(content)}, meshes).accepted
 
 
 def test_a_certificate_of_earlier_days_has_no_passages(

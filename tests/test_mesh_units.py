@@ -1,6 +1,7 @@
 """A unit that nobody stated: shown, warned of, and never a reason to say clear."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -196,18 +197,38 @@ def test_the_command_warns_in_json_and_writes_no_certificate(capsys, gantry, tmp
     assert "was guessed (mm)" in text
 
 
+def test_without_a_certificate_the_guess_is_told_once_and_at_no_place(arm, gantry):
+    """It holds for the whole scene; what one pose alone leaves open keeps its place."""
+    guessed = bc.load_scene(f"{gantry}@1,0,0.6")
+    motion = check_motion(arm, guessed, WAYPOINTS, settings(), certify=False)
+    assert motion.reason == guessed.doubt
+    assert motion.sampled_clear == 0
+    into = check_motion(
+        arm,
+        bc.load_scene(f"{gantry}@0.2,0,0.6"),
+        [[-1.5], [0.0]],
+        settings(),
+        certify=False,
+    )
+    assert into.verdict == "contact"
+    assert re.match(r"at [0-9.]+% of the motion: ", into.reason)
+
+
 def test_a_plan_is_not_clear_from_a_guess(capsys, gantry, tmp_path):
     plans = tmp_path / "plans.csv"
     head = "name,entry_x,entry_y,entry_z,target_x,target_y,target_z"
     plans.write_text(f"{head}\nvertical,0,0,-0.0011,0,0,-0.07\n")
     found = {}
-    for unit in ("", ":mm"):
+    for unit in (":mm", ""):
         words = ["check", "zerobot", "ct_gantry", "--plan", plans, "--samples", "3"]
         words += ["--obstacle", f"{gantry}{unit}@0,0,2.0", "--format", "json"]
+        words += ["--certificate", tmp_path / "plan.json"]
         status = main(list(map(str, words)))
         found[unit] = status, json.loads(capsys.readouterr().out)["plans"][0]
+        assert (tmp_path / "plan.json").exists() == (unit == ":mm")
     assert found[":mm"][0] == 0
     status, plan = found[""]
+    assert plan["certificate"]["reason"] == "unknown"
     assert status == 2
     assert plan["verdict"] == "unknown"
     assert f"type {gantry}:mm@0,0,2.0" in plan["reason"]

@@ -1,15 +1,15 @@
 """`borecheck check`: will the robot touch anything, at a pose, on a path, on plans?"""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from borecheck.commands import common
+from borecheck.commands.certificate_files import add_certificates, prepared
 from borecheck.commands.output import check_outputs, emit, wants_display
-from borecheck.errors import PlanError, UsageError
-from borecheck.report.document import check_writable
+from borecheck.errors import PlanError
 from borecheck.uncertainty.options import add_options as add_uncertainty_options
 from borecheck.units import parse_length
 
@@ -18,10 +18,6 @@ if TYPE_CHECKING:
     from borecheck.needle_plan import NeedlePlan
     from borecheck.robot import Robot
     from borecheck.scene import Scene
-
-
-# Stands in every certificate (`borecheck.certificate.FORMAT`, not imported for speed).
-CERTIFICATE_MARK = "borecheck path certificate"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,7 +62,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--certificate",
         type=Path,
         metavar="FILE",
-        help="write the certificate of a clear --path there (and FILE's .npz)",
+        help="write the certificate of a clear --path or --plan there (and FILE's "
+        ".npz); of several plans each has its own, FILE_<plan>",
     )
     add_uncertainty_options(parser)
     common.add_output(parser)
@@ -75,7 +72,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Checks, prints, and returns 0 clear, 1 contact, 2 unknown."""
     check_outputs(args)
-    _check_certificate(args)
+    plans = _plans_asked(args)
+    files = prepared(args, plans)
     from borecheck.compiled import announce_compilation, warm_up
 
     announce_compilation()
@@ -100,18 +98,44 @@ def run(args: argparse.Namespace) -> int:
         "scene": scene_block(scene),
         "warnings": [*robot.warnings, *scene.warnings],
     }
-    document |= _answer(args, robot, scene, chosen)
+    document |= _answer(args, robot, scene, chosen, plans)
     weighed(document)
+    complete = not files or _certify(document, robot, scene, files)
     if wants_display(args):
         from borecheck.report.display import display_block
 
         document["display"] = display_block(robot, scene, document)
     emit(args, document, check_text)
-    if args.certificate is not None:
-        _write_certificate(args, robot, scene, chosen, document)
     if document.get("interrupted"):
         return ExitStatus.INTERRUPTED
-    return of_verdict(document["verdict"])
+    status = of_verdict(document["verdict"])
+    # clear, but not all that was asked for could be given
+    return status if complete or status else ExitStatus.COULD_NOT
+
+
+def _plans_asked(args: argparse.Namespace) -> tuple["NeedlePlan", ...]:
+    if args.plan is None:
+        return ()
+    from borecheck.plan_file import read_plans
+
+    return read_plans(args.plan)
+
+
+def _certify(
+    document: dict[str, Any], robot: "Robot", scene: "Scene", files: Mapping[str, Path]
+) -> bool:
+    """Writes what is certified; says so where a path, or a clear plan, is not."""
+    from borecheck.progress import say
+
+    complete = add_certificates(document, robot, scene, files)
+    for block in document.get("plans", [document]):
+        reason = block["certificate"]["reason"]
+        whose = f"plan {block['name']}" if "plans" in document else "the path"
+        if reason == block["verdict"] and "plans" not in document:
+            say(f"borecheck: no certificate written: {whose} is {reason}")
+        elif reason is not None and reason != block["verdict"]:
+            say(f"borecheck: no certificate written for {whose}: {reason}")
+    return complete
 
 
 def _weigher(
@@ -128,85 +152,24 @@ def _weigher(
         add_probabilities(document, robot, scene, uncertainty, args)
         if "plans" in document:
             verdicts = [plan["verdict"] for plan in document["plans"]]
-            document["reason"] = _counted(verdicts, len(verdicts))
+            total = len(verdicts) + len(document["not_checked"])
+            document["reason"] = _counted(verdicts, total)
 
     return weigh
 
 
-def _check_certificate(args: argparse.Namespace) -> None:
-    """Refuses a certificate that cannot be written, before any work is done."""
-    file = args.certificate
-    if file is None:
-        return
-    if args.path is None:
-        raise UsageError("--certificate goes with --path")
-    if args.no_certificate:
-        raise UsageError("--certificate and --no-certificate exclude each other")
-    if file.suffix == ".npz":
-        raise UsageError(f"--certificate {file}: .npz is for the meshes beside it")
-    for path in (file, file.with_suffix(".npz")):
-        if path in (args.out, args.report):
-            raise UsageError(f"--certificate and another option both write {path}")
-        check_writable(path)
-    _remove_earlier(file)
-
-
-def _remove_earlier(file: Path) -> None:
-    """Takes away an earlier certificate of that name: it would pass for this run's.
-
-    Raises:
-        UsageError: What stands there is no certificate, or meshes of none, and is left
-            alone.
-    """
-    meshes = file.with_suffix(".npz")
-    if file.exists() and not _is_certificate(file):
-        raise UsageError(f"--certificate {file}: is there already and no certificate")
-    if meshes.exists():
-        from borecheck.certificate import holds_certified_meshes
-
-        if not holds_certified_meshes(meshes):
-            raise UsageError(
-                f"--certificate {file}: {meshes} is there already and holds no meshes "
-                "of a certificate"
-            )
-    file.unlink(missing_ok=True)
-    meshes.unlink(missing_ok=True)
-
-
-def _is_certificate(file: Path) -> bool:
-    try:
-        return CERTIFICATE_MARK in file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return False
-
-
-def _write_certificate(
+def _answer(
     args: argparse.Namespace,
     robot: "Robot",
     scene: "Scene",
     chosen: "Settings",
-    document: dict[str, Any],
-) -> None:
-    """Writes what a clear path is certified by; any other verdict has nothing."""
-    from borecheck.path_check import write_path_certificate
-    from borecheck.progress import say
-
-    if not document["path"]["certified"]:
-        say(f"borecheck: no certificate written: the path is {document['verdict']}")
-        return
-    waypoints = common.waypoints(robot, args.path)
-    margin = chosen.margin.size
-    write_path_certificate(robot, scene, waypoints, margin, args.certificate)
-
-
-def _answer(
-    args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
+    plans: Sequence["NeedlePlan"],
 ) -> dict[str, Any]:
     if args.q is not None:
         return _pose(args, robot, scene, chosen)
     if args.path is not None:
         return _path(args, robot, scene, chosen)
-    return _plans(args, robot, scene, chosen)
+    return _plans(args, robot, scene, chosen, plans)
 
 
 def _pose(
@@ -243,14 +206,16 @@ def _path(
 
 
 def _plans(
-    args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
+    args: argparse.Namespace,
+    robot: "Robot",
+    scene: "Scene",
+    chosen: "Settings",
+    plans: Sequence["NeedlePlan"],
 ) -> dict[str, Any]:
     """All plans; what is finished stays when the user interrupts."""
-    from borecheck.plan_file import read_plans
     from borecheck.plan_motion import STANDOFF, check_mount
     from borecheck.verdict import worst_of
 
-    plans = read_plans(args.plan)
     for plan in plans:
         check_mount(robot, plan)
     results: list[dict[str, Any]] = []
@@ -265,6 +230,9 @@ def _plans(
         "verdict": worst_of(verdicts),
         "reason": _counted(verdicts, len(plans)),
         "interrupted": interrupted,
+        "not_checked": [plan.name for plan in plans[len(results) :]],
+        "each_plan": f"from {1e3 * STANDOFF:g} mm before its entry (0%), along its "
+        "line, to its target (100%)",
         "checker": chosen.checker,
         "pruning": chosen.pruning,
         "margin_m": chosen.margin.size,
@@ -280,11 +248,15 @@ def _plans(
 
 
 def _counted(verdicts: Sequence[str], total: int) -> str:
-    counts = {name: verdicts.count(name) for name in ("clear", "contact", "unknown")}
-    text = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
-    missing = total - len(verdicts)
-    more = f", {missing} not checked" if missing else ""
-    return f"{total} plan{'s' if total != 1 else ''}: {text or 'none checked'}{more}"
+    """How many plans are in contact, unknown, clear: what is worst comes first."""
+    words = {"contact": "in contact", "unknown": "unknown", "clear": "clear"}
+    counts = {word: verdicts.count(name) for name, word in words.items()}
+    counts["not checked"] = total - len(verdicts)
+    found = [(count, word) for word, count in counts.items() if count]
+    if len(found) == 1:
+        plans = "the plan is" if total == 1 else f"all {total} plans are"
+        return f"{plans} {found[0][1]}"
+    return f"of {total} plans " + ", ".join(f"{count} {word}" for count, word in found)
 
 
 def _one_plan(

@@ -33,6 +33,7 @@ def views(document: Mapping[str, Any]) -> dict[str, Any]:
         "proven": sum(
             bool((motion["path"] or {}).get("certified")) for motion in shown
         ),
+        "certificates": any(motion["certificate"] for motion in motions),
         "worst": worst,
         "checker_told": CHECKERS.get(document["checker"], ""),
         "pictures": _pictures(document, worst),
@@ -70,6 +71,7 @@ def _motion(
         "touching": _touching(poses[worst]) if reachable else [],
         "margin": document["margin_m"],
         "probability": probability_lines(block),
+        "certificate": block.get("certificate"),
         "plot": None,
     }
 

@@ -23,19 +23,28 @@ def check_text(document: Mapping[str, Any]) -> str:
 
 
 def _plans_text(document: Mapping[str, Any]) -> str:
-    rows = [("plan", "verdict", "clearance", "reason")]
+    """All plans, the worst of them first in words; a row for each."""
+    rows = [("plan", "verdict", "least clearance", "reason")]
     for plan in document["plans"]:
+        least = plan.get("clearance_m")
+        touches = plan["verdict"] == "contact" and least is None
         rows.append(
             (
                 plan["name"],
                 MARKS[plan["verdict"]],
-                millimetres(plan.get("clearance_m")),
+                "none" if touches else millimetres(least),
                 plan["reason"],
             )
         )
-    lines = [f"{MARKS[document['verdict']]}: {document['reason']}", ""]
-    lines += table(rows)
-    lines += ["", *_warning_lines(document)]
+    lines = [f"{MARKS[document['verdict']]}: {document['reason']}"]
+    lines += [_checker_line(document)]
+    if "each_plan" in document:
+        lines += [
+            f"each plan is one motion: {document['each_plan']}",
+            "least clearance: of the poses sampled; CLEAR holds at every instant",
+        ]
+    lines += ["", *table(rows), "", *_certificate_table(document)]
+    lines += _warning_lines(document)
     lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
     return "\n".join(lines) + "\n"
 
@@ -44,10 +53,7 @@ def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
     qualifiers = ", ".join(document["qualifiers"])
     mark = MARKS[document["verdict"]] + (f" ({qualifiers})" if qualifiers else "")
     lines = [f"{mark}: {document['reason']}"]
-    checker = f"checker {document['checker']}, pruning {document['pruning']}"
-    margin = document["margin_m"]
-    kept = f"margin {millimetres(margin)} ({document['margin_kind']})"
-    lines.append(f"{checker}, {kept if margin else 'no margin'}")
+    lines.append(_checker_line(document))
     if document["closest"] is not None:
         closest = document["closest"]
         within = document["self_contacts"] or document["contained"]
@@ -59,12 +65,46 @@ def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
     lines += _contact_lines(document)
     if "path" in document:
         lines += _path_lines(document["path"])
+        lines += _certificate_line(document)
     examined, pruned = document["pairs_examined"], document["pairs_pruned"]
     lines.append(
         f"{examined:,} triangle pairs examined, {pruned:,} pruned, "
         f"{document['seconds']:.3f} s"
     )
     return lines
+
+
+def _checker_line(document: Mapping[str, Any]) -> str:
+    checker = f"checker {document['checker']}, pruning {document['pruning']}"
+    margin = document["margin_m"]
+    kept = f"margin {millimetres(margin)} ({document['margin_kind']})"
+    return f"{checker}, {kept if margin else 'no margin'}"
+
+
+def _certificate_line(document: Mapping[str, Any]) -> list[str]:
+    """Where the certificate of a path is, if one was asked for."""
+    given = document.get("certificate")
+    if given is None:
+        return []
+    if given["file"] is None:
+        return [f"certificate: none, {given['reason']}"]
+    return [f"certificate: {given['file']} (its meshes: {given['meshes']})"]
+
+
+def _certificate_table(document: Mapping[str, Any]) -> list[str]:
+    """Which plan's certificate is in which file, if any were asked for."""
+    plans = document["plans"]
+    if not any("certificate" in plan for plan in plans):
+        return []
+    rows = [("certificate of", "file", "meshes")]
+    for plan in plans:
+        given = plan["certificate"]
+        if given["file"] is None:
+            rows.append((plan["name"], f"none: {given['reason']}", ""))
+        else:
+            rows.append((plan["name"], given["file"], given["meshes"]))
+    rows += [(name, "none: not checked", "") for name in document["not_checked"]]
+    return [*table(rows), ""]
 
 
 def _contact_lines(document: Mapping[str, Any]) -> list[str]:
