@@ -209,8 +209,10 @@ def _worst(poses: tuple[Verdict, ...]) -> int:
     order = {CONTACT: 0, UNKNOWN: 1, CLEAR: 2}
 
     def badness(k: int) -> tuple[int, float, int]:
-        room = poses[k].clearance_m
-        return order[poses[k].verdict], np.inf if room is None else room, k
+        pose, room = poses[k], poses[k].clearance_m
+        if pose.verdict == CONTACT and (room is None or pose.self_contacts):
+            room = -np.inf  # surfaces meet: worse than coming within the margin
+        return order[pose.verdict], np.inf if room is None else room, k
 
     return min(range(len(poses)), key=badness)
 

@@ -62,6 +62,19 @@ def test_samples_alone_are_never_clear(arm):
     assert "not certified between" in motion.reason
 
 
+@pytest.mark.parametrize("margin", [0.0, 0.05])
+def test_the_worst_sample_meets_before_others_come_within_the_margin(arm, margin):
+    beside = scene_of(block([0.2, 0.0, 0.6], 0.2))
+    motion = check_motion(arm, beside, [[-0.5], [0.5]], settings(margin=margin))
+    found = [pose for pose in motion.poses if pose.verdict == "contact"]
+    near = [pose for pose in found if pose.qualifiers == ("within_margin",)]
+    assert len(found) > len(near)
+    assert bool(near) == (margin > 0.0)
+    worst = motion.poses[motion.worst]
+    assert worst.contacts
+    assert worst.clearance_m is None
+
+
 def test_with_a_certificate_it_is(arm):
     motion = check_motion(arm, FAR, [[-1.0], [1.0]], EXACT)
     assert (motion.verdict, motion.certified) == ("clear", True)
