@@ -119,12 +119,16 @@ def _subject(stated: Mapping[str, Any]) -> Iterator[str]:
     names = [str(body["name"]) for body in stated["bodies"]]
     parts = int(stated["part_count"])
     waypoints = stated["waypoints"]
-    yield (
-        f"motion of {len(waypoints)} waypoints, from {waypoints[0]} to {waypoints[-1]}"
-    )
+    first, last = _rounded(waypoints[0]), _rounded(waypoints[-1])
+    yield f"motion of {len(waypoints)} waypoints, from {first} to {last}"
     yield f"margin {1e3 * stated['margin_m']:g} mm"
     yield f"parts: {', '.join(names[:parts])}"
     yield f"obstacles: {', '.join(names[parts:])}"
+
+
+def _rounded(q: Sequence[float]) -> str:
+    """A configuration for reading: micrometres and microradians."""
+    return f"[{', '.join(f'{round(value, 6) + 0.0:g}' for value in q)}]"
 
 
 def _names(about: Mapping[str, Any], enters: bool) -> Iterator[str]:

@@ -146,7 +146,7 @@ def summary(rows, columns, groups, false):
         hits, files_of = Counter(), Counter(groups[row["kind"]] for row in rows)
         for row in rows:
             hits[groups[row["kind"]]] += column[row["file"]]
-        cells = [f"{100 * hits[group] / files_of[group]:.0f} %" for group in names]
+        cells = [f"{100 * hits[g] / max(files_of[g], 1):.0f} %" for g in names]
         share = rates(rows, column)
         kinds = sum(rate >= 0.5 for rate in share.values())
         cells.append(f"{100 * sum(hits.values()) / len(rows):.1f} %")
