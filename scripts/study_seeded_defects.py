@@ -192,6 +192,7 @@ def peers(folder, tools, per_kind):
     for word in tools:
         name, _, python = word.partition("=")
         out = folder / f"{name}.jsonl"
+        (folder / f"{name}.version").write_text(version_of(name, python))
         if name == "simcheck":
             run_simcheck(folder, python, out, listed)
             continue
@@ -199,6 +200,17 @@ def peers(folder, tools, per_kind):
         words = ["nice", "-n", "10", python, "-P", str(runner), name, str(out)]
         subprocess.run(words, input=listed, text=True, check=True)
         print(name, "done")
+
+
+def version_of(name, python):
+    """The version of a tool, by the package that holds it."""
+    words = ["dpkg-query", "-W", "-f", "${Version}", "liburdfdom-tools"]
+    if name != "check_urdf":
+        package = {"pinocchio": "pin"}.get(name, name)
+        code = f"from importlib.metadata import version as v; print(v({package!r}))"
+        words = [python, "-P", "-c", code]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    return done.stdout.strip()
 
 
 def run_simcheck(folder, python, out, listed):

@@ -40,6 +40,19 @@ def test_any_bytes(data):
     assert validate_text(data, options=Options(run=False))
 
 
+def test_two_links_of_one_name_are_looked_at_one_by_one():
+    def link(x, size):
+        box = f'<origin xyz="{x} 0 0"/><geometry><box size="{size}"/></geometry>'
+        drawn = '<visual><geometry><box size="1 1 1"/></geometry></visual>'
+        return f'<link name="l">{drawn}<collision>{box}</collision></link>'
+
+    bare = '<link name="l"><visual><geometry><sphere radius="1"/></geometry></visual>'
+    text = f'<robot name="r">{link(9, "1 1 1")}{bare}</link></robot>'
+    found = validate_text(text, options=Options(run=False))
+    assert [f.line for f in found if f.code == "G524"] == [1]
+    assert {"D122", "G522", "G524"} <= {f.code for f in found}
+
+
 def test_half_a_character_is_one_finding():
     text = '<robot name="r">\n<link name="\ud800"/></robot>'
     found = validate_text(text, options=Options(run=False))

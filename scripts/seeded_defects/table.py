@@ -3,6 +3,8 @@
 import json
 import re
 from collections import Counter, defaultdict
+from datetime import UTC, datetime
+from importlib.metadata import version as version_of
 from pathlib import Path
 
 from seeded_defects import KINDS
@@ -107,26 +109,47 @@ def own_alarms(folder, rows):
 
 
 def table(folder, per_kind):
-    """The study's table and what stays undetected, as Markdown."""
+    """The study's page: tables and what stays undetected, as Markdown."""
     rows = rows_of(folder, per_kind)
     columns = {"borecheck": judged(folder, rows)}
-    false = {"borecheck": own_alarms(folder, rows)}
+    false, versions = {"borecheck": own_alarms(folder, rows)}, []
     for name in PEERS:
         if (folder / f"{name}.jsonl").exists():
             said = said_by(folder, name)
             columns[name], false[name] = noticed(said, rows), alarms(said, rows)
-    spoilt = sum(row["kind"] is not None for row in rows)
+            version = (folder / f"{name}.version").read_text()
+            versions.append(f"{name} {version}")
+    robots = sum(row["kind"] is None for row in rows)
     done = set.intersection(*(set(column) for column in columns.values()))
     rows = [row for row in rows if row["file"] in done]
-    print(f"{len(rows)} of {spoilt} files: those that all tools went through.\n")
     groups = {kind: group for kind, (group, _) in KINDS.items()}
-    print(summary(rows, columns, groups, false))
-    print()
-    print(by_kind(rows, columns))
-    print()
+    template = Path(__file__).with_name("page.md").read_text()
+    text = template.format(
+        date=datetime.now(tz=UTC).date(),
+        kinds=len({row["kind"] for row in rows}),
+        files=len(rows),
+        robots=robots,
+        version=version_of("borecheck"),
+        summary=summary(rows, columns, groups, false),
+        versions=f"Versions: {', '.join(versions)}.",
+        missed=missed(rows, columns["borecheck"]),
+        by_kind=by_kind(rows, columns),
+    )
+    print(text, end="")
+
+
+def missed(rows, column):
+    """Kind by kind, the robots whose file was not noticed."""
+    places = defaultdict(list)
     for row in rows:
-        if not columns["borecheck"][row["file"]]:
-            print(f"not seen: {row['kind']} in {Path(row['file']).parent.name}")
+        if not column[row["file"]]:
+            places[row["kind"]].append(Path(row["file"]).parent.name)
+    count = Counter(row["kind"] for row in rows)
+    lines = []
+    for kind, robots in places.items():
+        where = "everywhere" if len(robots) == count[kind] else ", ".join(robots)
+        lines.append(f"- `{kind}`: {len(robots)} of {count[kind]} ({where})")
+    return "\n".join(lines)
 
 
 def rates(rows, column):
