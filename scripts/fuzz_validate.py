@@ -1,7 +1,7 @@
 """Coverage-guided fuzzing of the URDF reader and of all checks: no traceback, no hang.
 
-    pip install atheris
-    scripts/fuzz_validate.py [CORPUS_FOLDER] [-max_total_time=600] [-timeout=10]
+    pip install -e .[fuzz]
+    python scripts/fuzz_validate.py [CORPUS_FOLDER] [-max_total_time=600] [-timeout=10]
 
 Without atheris the same inputs come from a seeded generator (`--plain N`), which needs
 nothing but borecheck; the tests run a little of it.

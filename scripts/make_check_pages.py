@@ -1,7 +1,7 @@
 """Writes docs/checks: a page for each check of validate, from its docstring.
 
-scripts/make_check_pages.py           writes the pages
-scripts/make_check_pages.py --check   only says whether they are up to date (exit 1)
+python scripts/make_check_pages.py           writes the pages
+python scripts/make_check_pages.py --check   only says whether they are up to date
 """
 
 import sys

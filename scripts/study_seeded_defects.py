@@ -1,9 +1,11 @@
 """How many single faults does `borecheck validate` see, and how many do others see?
 
-    scripts/study_seeded_defects.py make FOLDER [--robots DIR]   sound and spoilt files
-    scripts/study_seeded_defects.py judge FOLDER                 borecheck over all
-    scripts/study_seeded_defects.py peers FOLDER NAME=PYTHON ...   other tools over all
-    scripts/study_seeded_defects.py table FOLDER                 the table in the docs
+    python scripts/study_seeded_defects.py STEP FOLDER [NAME=PYTHON ...] [--per-kind N]
+
+    make    sound and spoilt files (--robots DIR: other than example-robot-data)
+    judge   borecheck over all
+    peers   other tools over all, each with the interpreter that holds it
+    table   the page in the docs
 
 The robots are public ones (example-robot-data) whose meshes are replaced by their
 convex hulls, so that every tool can read them and single faults stay single; what a
