@@ -2,20 +2,27 @@
 
 import json
 import os
+import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import threading
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from fnmatch import fnmatch
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from borecheck import __version__
-from borecheck.errors import InputError, UsageError
+from borecheck.errors import BorecheckError, InputError, UsageError
 from borecheck.validation.as_json import to_record
 from borecheck.validation.findings import Finding, Severity
 
+if TYPE_CHECKING:
+    from concurrent.futures import ProcessPoolExecutor
+
 SUFFIXES = (".urdf", ".urdf.xacro")
 PARALLEL_FROM = 4  # fewer files are done before another process has started
+NAMED = 10  # so many unfinished files are listed
 
 Check = Callable[[str], list[Finding]]
 
@@ -83,13 +90,14 @@ def check_many(
     """
     done = _finished(resume, files, key) if resume is not None else {}
     left = [file for file in files if file not in done]
-    for count, (file, findings) in enumerate(_checked(left, check, jobs), start=1):
-        done[file] = findings
-        if resume is not None:
-            _keep(resume, file, key, findings)
-        if progress is not None:
-            progress.write(f"\r{count}/{len(left)} files")
-            progress.flush()
+    with closing(_checked(left, check, jobs)) as checked:
+        for count, (file, findings) in enumerate(checked, start=1):
+            done[file] = findings
+            if resume is not None:
+                _keep(resume, file, key, findings)
+            if progress is not None:
+                progress.write(f"\r{count}/{len(left)} files")
+                progress.flush()
     if progress is not None and left:
         progress.write("\n")
     return [(file, done[file]) for file in files]
@@ -97,21 +105,103 @@ def check_many(
 
 def _checked(
     files: Sequence[str], check: Check, jobs: int
-) -> Iterator[tuple[str, list[Finding]]]:
+) -> Generator[tuple[str, list[Finding]], None, None]:
     if jobs < 2 or len(files) < PARALLEL_FROM:
         for file in files:
             yield file, check(file)
         return
-    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures import as_completed
+    from concurrent.futures.process import BrokenProcessPool
 
-    with ProcessPoolExecutor(max_workers=min(jobs, len(files))) as pool:
-        running = {pool.submit(check, file): file for file in files}
+    unfinished = []
+    with _workers(min(jobs, len(files))) as pool:
+        running = {pool.submit(_told_plainly, check, file): file for file in files}
+        for future in as_completed(running):
+            try:
+                found = future.result()
+            except BrokenProcessPool:
+                unfinished.append(running[future])
+                continue
+            yield running[future], found
+    if unfinished:
+        raise BorecheckError(_died(sorted(unfinished, key=files.index)))
+
+
+@contextmanager
+def _workers(count: int) -> Iterator["ProcessPoolExecutor"]:
+    """Processes that end at once when we do, by Ctrl-C, SIGTERM or an error."""
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    others = set(multiprocessing.active_children())
+    with _terminable():
+        pool = ProcessPoolExecutor(count, initializer=_deaf_to_interruptions)
         try:
-            for future in as_completed(running):
-                yield running[future], future.result()
-        except KeyboardInterrupt:
-            pool.shutdown(wait=False, cancel_futures=True)
+            yield pool
+            pool.shutdown()
+        except BaseException:
+            with _undisturbed():
+                for worker in set(multiprocessing.active_children()) - others:
+                    worker.terminate()
+                pool.shutdown(cancel_futures=True)
             raise
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """SIGTERM as an exception meanwhile, so that what is to be ended is ended."""
+
+    def end(number: int, _: object) -> None:
+        sys.stderr.write("borecheck: terminated\n")
+        raise SystemExit(128 + number)
+
+    with _handling({signal.SIGTERM: end}):
+        yield
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """A second Ctrl-C must not keep the first from ending the workers."""
+    with _handling({signal.SIGTERM: signal.SIG_IGN, signal.SIGINT: signal.SIG_IGN}):
+        yield
+
+
+@contextmanager
+def _handling(handlers: Mapping[signal.Signals, Any]) -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread may set handlers
+        return
+    before = {number: signal.signal(number, h) for number, h in handlers.items()}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _deaf_to_interruptions() -> None:
+    """In a worker: Ctrl-C is the parent's business, SIGTERM ends it at once.
+
+    A function instead of SIG_IGN, which the processes it starts would inherit.
+    """
+    signal.signal(signal.SIGINT, lambda *_: None)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _told_plainly(check: Check, file: str) -> list[Finding]:
+    """A check in a worker; our errors need two arguments, which do not travel."""
+    try:
+        return check(file)
+    except BorecheckError as error:
+        raise BorecheckError(str(error)) from None
+
+
+def _died(files: Sequence[str]) -> str:
+    more = f" and {len(files) - NAMED} more" if len(files) > NAMED else ""
+    return (
+        "a process died (out of memory?), give fewer --jobs; not finished: "
+        f"{', '.join(files[:NAMED])}{more}"
+    )
 
 
 def key_of(given: Mapping[str, Any], config: Path | None) -> str:
