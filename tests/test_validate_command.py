@@ -288,3 +288,72 @@ def test_sixty_links_are_checked_quickly(tmp_path):
     ] == []
     # 0.05 s in practice; the bound only catches what has become quadratic
     assert time.process_time() - start < 2.0
+
+
+@pytest.fixture
+def two_folders(tmp_path):
+    """Folders `strict` and `calm` with the same sound file, and its meshes."""
+    for folder in ("strict", "calm"):
+        (tmp_path / folder).mkdir()
+        shutil.copy(LONG, tmp_path / folder / "a.urdf")
+    shutil.copytree(corpus.FOLDER / "meshes", tmp_path / "meshes")
+    return tmp_path
+
+
+def test_fail_on_comes_from_the_settings_nearest_to_each_file(validate, two_folders):
+    settings = two_folders / "strict" / "borecheck.toml"
+    settings.write_text('[validate]\nfail-on = "warning"\n')
+    assert validate("calm")[0] == 0
+    assert validate("strict")[0] == 1
+    assert validate("calm", "strict")[0] == 1
+    assert validate("calm", "strict", "--fail-on", "never")[0] == 0
+    junit = validate("calm", "strict", "--format", "junit")[1]
+    assert junit.count("<failure") == 1
+
+
+def test_a_baseline_comes_from_the_settings_nearest_to_each_file(validate, two_folders):
+    validate("strict", "--write-baseline", two_folders / "strict" / "known.json")
+    settings = two_folders / "strict" / "borecheck.toml"
+    settings.write_text('[validate]\nbaseline = "known.json"\n')
+    found = json.loads(validate("calm", "strict", "--format", "json")[1])["files"]
+    assert [len(entry["findings"]) for entry in found] == [1, 0]
+    (two_folders / "strict" / "known.json").unlink()
+    status, out, err = validate("calm", "strict")
+    assert (status, out) == (2, "")
+    assert "known.json" in err
+
+
+def test_settings_are_read_once_per_folder(validate, two_folders, monkeypatch):
+    from borecheck.validation import config
+
+    read = []
+    original = config.read_settings
+    monkeypatch.setattr(
+        config, "read_settings", lambda path: read.append(path) or original(path)
+    )
+    (two_folders / "borecheck.toml").write_text("[validate]\n")
+    validate("calm", "strict")
+    assert len(read) == 1
+
+
+def test_fix_takes_the_settings_nearest_to_each_file(validate, two_folders):
+    settings = two_folders / "strict" / "borecheck.toml"
+    settings.write_text("[validate]\npackage-pth = []\n")
+    assert validate("calm", "--fix")[0] == 0
+    assert validate("calm", "strict", "--fix")[0] == 2
+
+
+def test_a_kept_result_is_done_again_under_other_settings(validate, two_folders):
+    words = ("strict", "--resume", "kept.jsonl", "--fail-on", "warning")
+    assert validate(*words)[0] == 1
+    settings = two_folders / "strict" / "borecheck.toml"
+    settings.write_text('[validate]\nignore = ["J303"]\n')
+    assert validate(*words)[0] == 0
+
+
+@pytest.mark.parametrize("text", ['fail-on = "worst"', 'profile = "arm"'])
+def test_a_word_that_is_none_of_the_list_names_the_file(validate, two_folders, text):
+    (two_folders / "calm" / "borecheck.toml").write_text(f"[validate]\n{text}\n")
+    status, _, err = validate("calm")
+    assert status == 2
+    assert "borecheck.toml" in err

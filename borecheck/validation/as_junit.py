@@ -1,7 +1,7 @@
 """Findings as JUnit XML, for build servers: a test case per file and finding."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from xml.sax.saxutils import escape, quoteattr
 
 from borecheck.validation.findings import Finding, Severity
@@ -10,15 +10,20 @@ _FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 
 
 def as_junit(
-    results: Sequence[tuple[str, Sequence[Finding]]], fail_on: Severity | None
+    results: Sequence[tuple[str, Sequence[Finding]]],
+    fail_on: Severity | None | Mapping[str, Severity | None],
 ) -> str:
     """The whole result as JUnit text.
 
     Args:
         results: (file, findings) for each file.
-        fail_on: Findings from this severity on are failures; None: none is.
+        fail_on: Findings from this severity on are failures; None: none is. For all
+            files, or by file.
     """
-    suites = [_suite(file, findings, fail_on) for file, findings in results]
+    suites = [
+        _suite(file, found, fail_on[file] if isinstance(fail_on, Mapping) else fail_on)
+        for file, found in results
+    ]
     body = "".join(suites)
     return (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n{body}</testsuites>\n'

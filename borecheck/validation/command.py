@@ -3,8 +3,9 @@
 import argparse
 import os
 import sys
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from functools import partial
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,12 @@ from borecheck.errors import UsageError
 from borecheck.validation import baseline, many
 from borecheck.validation.as_text import as_text, wants_colour
 from borecheck.validation.config import (
+    FAIL_ON,
     Settings,
     find_settings,
     options_with,
     read_settings,
+    settings_in,
 )
 from borecheck.validation.findings import Finding, Severity
 from borecheck.validation.options import PROFILES
@@ -24,9 +27,9 @@ from borecheck.validation.run import check_file, validate_text
 
 CLEAN, FINDINGS, COULD_NOT_RUN = 0, 1, 2
 FORMATS = ("text", "json", "sarif", "junit", "markdown", "html")
-FAIL_ON = ("error", "warning", "info", "never")
 
 Results = Sequence[tuple[str, Sequence[Finding]]]
+Thresholds = Mapping[str, Severity | None]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -92,25 +95,49 @@ def run(args: argparse.Namespace) -> int:
     if not args.files:
         raise UsageError("no file given; name URDF or xacro files, folders or -")
     files, given = many.expand_files(args.files), _given(args)
+    _remembered.cache_clear()  # files may have changed since another run
+    _named.cache_clear()
+    settings = {file: settings_of(file, args.config) for file in files}
+    options = {f: options_with(found, given) for f, found in settings.items()}
     if args.fix:
         from borecheck.validation.fix import fix_files
 
-        options = options_with(settings_of(files[0], args.config), given)
-        return fix_files(files, write=args.write, options=options)
-    general = settings_of("-", args.config)
+        return fix_files(options, write=args.write)
+    known = _baselines(args, settings)
     if args.write_srdf is not None:
         from borecheck.validation.srdf_proposal import write_proposal
 
-        options = options_with(settings_of(files[0], args.config), given)
-        write_proposal(files, options, args.write_srdf)
-    args.baseline = args.baseline or _path(general.values.get("baseline"))
+        write_proposal(files, options[files[0]], args.write_srdf)
     results = _results(args, files, given)
-    _write(args, results, options_with(general, given).profile)
-    return _status(results, _fail_on(args, general))
+    if args.write_baseline:
+        every = [finding for _, found in results for finding in found]
+        baseline.write_baseline(args.write_baseline, every)
+    results = [
+        (f, baseline.new_findings(found, known[f]) if f in known else found)
+        for f, found in results
+    ]
+    fail_on = {f: _fail_on(args, found) for f, found in settings.items()}
+    _write(args, results, options[files[0]].profile, fail_on)
+    return _status(results, fail_on)
 
 
-def _path(text: str | None) -> Path | None:
-    return None if text is None else Path(text)
+def _baselines(
+    args: argparse.Namespace, settings: Mapping[str, Settings]
+) -> dict[str, Counter[str]]:
+    """What is known of each file that has a baseline: the named one, or its own.
+
+    Where a new baseline is written, only a named one counts.
+    """
+    read: dict[str, Counter[str]] = {}
+    known = {}
+    for file, found in settings.items():
+        own = None if args.write_baseline else found.values.get("baseline")
+        path = args.baseline or own
+        if path is not None:
+            if str(path) not in read:
+                read[str(path)] = baseline.read_baseline(Path(path))
+            known[file] = read[str(path)]
+    return known
 
 
 def _given(args: argparse.Namespace) -> dict[str, Any]:
@@ -175,28 +202,38 @@ def _results(
     args: argparse.Namespace, files: list[str], given: dict[str, Any]
 ) -> list[tuple[str, list[Finding]]]:
     show = len(files) > 20 or (len(files) > 3 and sys.stderr.isatty())
-    results = many.check_many(
+    return many.check_many(
         files,
         partial(check_one, given=given, config=args.config),
         jobs=args.jobs or os.cpu_count() or 1,
         resume=args.resume,
-        key=many.key_of(given, args.config),
+        key=partial(_key, given=given, config=args.config),
         progress=sys.stderr if show else None,
     )
-    if args.write_baseline:
-        every = [finding for _, found in results for finding in found]
-        baseline.write_baseline(args.write_baseline, every)
-    if args.baseline:
-        known = baseline.read_baseline(args.baseline)
-        results = [(f, baseline.new_findings(found, known)) for f, found in results]
-    return results
 
 
 def settings_of(file: str, config: Path | None) -> Settings:
     """The named settings, or those nearest to a file."""
+    folder = Path.cwd() if file == "-" else Path(file).absolute().parent
     if config is not None:
-        return read_settings(config)
-    return find_settings(Path.cwd() if file == "-" else Path(file).absolute().parent)
+        return _named(config)
+    return find_settings(folder, _remembered)
+
+
+@cache
+def _remembered(folder: Path) -> Settings:
+    return settings_in(folder)
+
+
+@lru_cache(maxsize=1)
+def _named(config: Path) -> Settings:
+    return read_settings(config)
+
+
+def _key(file: str, given: Mapping[str, Any], config: Path | None) -> str:
+    """What a kept result depends on beside the file: everything that was asked."""
+    settings = settings_of(file, config)
+    return many.key_of(options_with(settings, given), settings.per_file_ignore)
 
 
 def check_one(
@@ -212,16 +249,18 @@ def check_one(
     return many.without_ignored(found, file, settings.per_file_ignore.items())
 
 
-def _write(args: argparse.Namespace, results: Results, profile: str) -> None:
+def _write(
+    args: argparse.Namespace, results: Results, profile: str, fail_on: Thresholds
+) -> None:
     to_screen = args.out is None
     colour = to_screen and wants_colour(sys.stdout)
-    text = render(args.format, results, profile, args, colour)
+    text = render(args.format, results, profile, args, colour, fail_on)
     if to_screen:
         sys.stdout.write(text)
     else:
         args.out.write_text(text, encoding="utf-8")
     if args.report is not None:
-        page = render("html", results, profile, args, False)
+        page = render("html", results, profile, args, False, fail_on)
         args.report.write_text(page, encoding="utf-8")
 
 
@@ -231,6 +270,7 @@ def render(
     profile: str,
     args: argparse.Namespace,
     colour: bool,
+    fail_on: Thresholds,
 ) -> str:
     """The results in one of FORMATS."""
     if form == "text":
@@ -243,7 +283,7 @@ def render(
     if form == "junit":
         from borecheck.validation.as_junit import as_junit
 
-        return as_junit(results, _threshold(args.fail_on or "error"))
+        return as_junit(results, fail_on)
     if form == "markdown":
         from borecheck.validation.as_markdown import as_markdown
 
@@ -260,23 +300,18 @@ def render(
     return str(import_module("borecheck.report.page").page(document))
 
 
-def _threshold(word: str) -> Severity | None:
+def _fail_on(args: argparse.Namespace, settings: Settings) -> Severity | None:
+    word = args.fail_on or settings.values.get("fail-on", "error")
     return None if word == "never" else Severity(word)
 
 
-def _fail_on(args: argparse.Namespace, settings: Settings) -> Severity | None:
-    word = args.fail_on or settings.values.get("fail-on", "error")
-    if word not in FAIL_ON:
-        raise UsageError(f"fail-on {word!r} is none of {', '.join(FAIL_ON)}")
-    return _threshold(word)
-
-
-def _status(results: Results, fail_on: Severity | None) -> int:
-    found = [finding for _, findings in results for finding in findings]
+def _status(results: Results, fail_on: Thresholds) -> int:
     if all(any(f.code == "D101" for f in findings) for _, findings in results):
         return COULD_NOT_RUN
-    if fail_on is not None and any(f.severity.rank >= fail_on.rank for f in found):
-        return FINDINGS
+    for file, findings in results:
+        least = fail_on[file]
+        if least is not None and any(f.severity.rank >= least.rank for f in findings):
+            return FINDINGS
     return CLEAN
 
 

@@ -6,15 +6,16 @@ for what is too long for a command line: `remote-centre`, `tool-axis`, `loop` an
 """
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from borecheck.errors import InputError, UnknownNameError
-from borecheck.validation.options import Loop, Options, RemoteCentre, ToolAxis
+from borecheck.validation.options import PROFILES, Loop, Options, RemoteCentre, ToolAxis
 
 FILES = ("borecheck.toml", "pyproject.toml")
+FAIL_ON = ("error", "warning", "info", "never")
 
 _TABLES: dict[str, type] = {
     "remote-centre": RemoteCentre,
@@ -57,15 +58,30 @@ class Settings:
     file: Path | None = None
 
 
-def find_settings(start: Path) -> Settings:
-    """The settings of the nearest configuration file at or above a folder."""
+def find_settings(
+    start: Path, look: Callable[[Path], Settings] | None = None
+) -> Settings:
+    """The settings of the nearest configuration file at or above a folder.
+
+    Args:
+        start: The folder.
+        look: `settings_in`, or a form of it that remembers.
+    """
     for folder in (start, *start.parents):
-        for name in FILES:
-            path = folder / name
-            if path.is_file():
-                settings = read_settings(path)
-                if settings.file is not None:
-                    return settings
+        settings = (look or settings_in)(folder)
+        if settings.file is not None:
+            return settings
+    return Settings()
+
+
+def settings_in(folder: Path) -> Settings:
+    """The settings of a file that stands in this very folder; empty without one."""
+    for name in FILES:
+        path = folder / name
+        if path.is_file():
+            settings = read_settings(path)
+            if settings.file is not None:
+                return settings
     return Settings()
 
 
@@ -153,6 +169,9 @@ def _checked(key: str, value: Any, path: Path) -> Any:
     is_wrong = type(value) is not kinds[key]
     if is_wrong:
         raise InputError(path, f"{key} = {value!r} is no {kinds[key].__name__}")
+    words = {"fail-on": FAIL_ON, "profile": PROFILES}.get(key)
+    if words is not None and value not in words:
+        raise InputError(path, f"{key} = {value!r} is none of {', '.join(words)}")
     if key == "package-path":
         return [str(path.parent / entry) for entry in value]
     if key in ("srdf", "reference", "baseline"):

@@ -10,7 +10,7 @@ import difflib
 import math
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -44,10 +44,10 @@ class Edit:
     mesh: tuple[Path, Any] | None = None
 
 
-def fix_files(files: Sequence[str], *, write: bool, options: Options) -> int:
+def fix_files(files: Mapping[str, Options], *, write: bool) -> int:
     """Shows the diffs of all files, and writes them if told to; the exit status."""
     status = DONE
-    for file in files:
+    for file, options in files.items():
         if file == "-" or file.endswith(".xacro"):
             raise UsageError(f"{file}: --fix changes plain URDF files only")
         path = Path(file)

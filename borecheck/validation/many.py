@@ -16,6 +16,7 @@ from borecheck import __version__
 from borecheck.errors import BorecheckError, InputError, UsageError
 from borecheck.validation.as_json import to_record
 from borecheck.validation.findings import Finding, Severity
+from borecheck.validation.options import Options
 
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
@@ -75,7 +76,7 @@ def check_many(
     *,
     jobs: int,
     resume: Path | None,
-    key: str,
+    key: Callable[[str], str],
     progress: TextIO | None,
 ) -> list[tuple[str, list[Finding]]]:
     """(file, findings) for each file, in order.
@@ -85,7 +86,7 @@ def check_many(
         check: A function that can be sent to another process.
         jobs: Processes at most.
         resume: Finished results are kept here and not computed again.
-        key: What else a kept result depends on.
+        key: What else a kept result of a file depends on.
         progress: Where to tell how far it is.
     """
     done = _finished(resume, files, key) if resume is not None else {}
@@ -94,7 +95,7 @@ def check_many(
         for count, (file, findings) in enumerate(checked, start=1):
             done[file] = findings
             if resume is not None:
-                _keep(resume, file, key, findings)
+                _keep(resume, file, key(file), findings)
             if progress is not None:
                 progress.write(f"\r{count}/{len(left)} files")
                 progress.flush()
@@ -204,9 +205,9 @@ def _died(files: Sequence[str]) -> str:
     )
 
 
-def key_of(given: Mapping[str, Any], config: Path | None) -> str:
-    """What a kept result depends on beside the file."""
-    text = f"{__version__} {sorted(given.items())} {config}"
+def key_of(options: Options, rules: Mapping[str, tuple[str, ...]]) -> str:
+    """What a kept result depends on beside the file: everything that was asked."""
+    text = f"{__version__} {options} {rules}"
     return sha256(text.encode()).hexdigest()[:16]
 
 
@@ -237,7 +238,9 @@ def _keep(path: Path, file: str, key: str, findings: list[Finding]) -> None:
         stream.write(line + "\n")
 
 
-def _finished(path: Path, files: Sequence[str], key: str) -> dict[str, list[Finding]]:
+def _finished(
+    path: Path, files: Sequence[str], key: Callable[[str], str]
+) -> dict[str, list[Finding]]:
     if not path.exists():
         return {}
     wanted, done = set(files), {}
@@ -250,8 +253,8 @@ def _finished(path: Path, files: Sequence[str], key: str) -> dict[str, list[Find
             record = json.loads(line)
             file = record["file"]
             if (
-                record["key"] == key
-                and file in wanted
+                file in wanted
+                and record["key"] == key(file)
                 and _hash(file) == record["sha256"]
             ):
                 done[file] = [from_record(entry) for entry in record["findings"]]
