@@ -69,6 +69,11 @@ def resolve(
         The resolution; its path exists and is a regular file, or it is None.
     """
     text = reference.strip()
+    if text != reference:  # no library trims it, so the file is not found
+        trimmed = resolve(text, base, roots, environment)
+        miss = trimmed.path or trimmed.near_miss
+        problem = "white space around the name"
+        return Resolution(reference, None, trimmed.tried, problem, miss)
     base, roots = base.absolute(), [Path(root).absolute() for root in roots]
     scheme, mark, rest = text.partition("://")
     if not mark or scheme not in ("package", "model", "file"):

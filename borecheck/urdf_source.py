@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from borecheck.errors import UrdfError
 
 MAX_BYTES = 50_000_000  # the largest public URDF is below 2 MB
+LONGEST_TAG = 40  # lines of one start tag
 MAX_DEPTH = 64  # a URDF needs 5 levels, with ros2_control and Gazebo 10
 MAX_ELEMENTS = 500_000
 
@@ -73,11 +74,17 @@ class Source:
 
     def place(self, element: Any) -> Place:
         """File, line and path of an element."""
+        if not isinstance(
+            element.tag, str
+        ):  # a comment: where it stands, of its parent
+            parent = element.getparent()
+            path = self.path(self.root if parent is None else parent)
+            return Place(self.file, element.sourceline or 1, path)
         path = self.path(element)
         origin = self._origin.get(element)
         if origin is not None:
             return Place(str(origin[0]), origin[1], path)
-        return Place(self.file, element.sourceline or 1, path)
+        return Place(self.file, start_line(element, self._lines), path)
 
     def path(self, element: Any) -> str:
         """The path of an element: `robot/joint[@name='theta']/limit`."""
@@ -90,6 +97,10 @@ class Source:
         return "/".join([tag_of(element), *reversed(steps)])
 
     @cached_property
+    def _lines(self) -> list[str]:
+        return self.text.split("\n")
+
+    @cached_property
     def _steps(self) -> dict[Any, dict[Any, str]]:
         """The path steps of the children of elements asked for so far."""
         return {}
@@ -97,6 +108,21 @@ class Source:
     @cached_property
     def _origin(self) -> dict[Any, tuple[Path, int]]:
         return dict(zip(elements(self.root), self.origins, strict=False))
+
+
+def start_line(element: Any, lines: Sequence[str]) -> int:
+    """The line where an element's start tag begins; libxml2 names where it ends."""
+    end: int = element.sourceline or 1
+    if end > len(lines):
+        return end
+    opening = f"<{element.tag.rpartition('}')[2]}"
+    for line in range(end, max(0, end - LONGEST_TAG), -1):
+        text = lines[line - 1]
+        if opening in text:
+            return line
+        if line < end and ">" in text:
+            break  # the end of a tag before
+    return end
 
 
 def read_bytes(path: Path) -> bytes:

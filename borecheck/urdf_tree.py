@@ -8,6 +8,7 @@ the work of `borecheck.validation`, which reads the same source leniently.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,19 @@ from borecheck import mimic as mimic_chains
 from borecheck import urdf_source
 from borecheck.errors import UrdfError
 from borecheck.se3 import transform
-from borecheck.urdf_source import Place, Source, children
+from borecheck.urdf_source import Place, Source, children, tag_of
 
 Array = NDArray[np.float64]
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 AXIS_TYPES = ("revolute", "continuous", "prismatic", "planar")
 LIMITED_TYPES = ("revolute", "prismatic")
+LINK_TAGS = ("inertial", "visual", "collision")
+JOINT_TAGS = (
+    *("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+    *("calibration", "safety_controller"),
+)
+RESEMBLES = 0.8  # how alike a misspelt word is (difflib): orign, colision, limits
 
 
 @dataclass(frozen=True)
@@ -248,14 +255,39 @@ class _Reader:
             raise self.error(element, f"has no <{tag}>")
         return found[0] if found else None
 
+    def spelt(
+        self, element: Any, attributes: Sequence[str], tags: Sequence[str] = ()
+    ) -> None:
+        """Refuses what looks like a misspelt attribute or child: nothing is skipped.
+
+        A rotation or a shape that parsers skip without a word would be missing from
+        every verdict. What resembles nothing (an extension) is left alone.
+        """
+        given = [str(name) for name in element.attrib if not name.startswith("{")]
+        below = [tag_of(child) for child in children(element)]
+        for words, known in ((given, attributes), (below, tags)):
+            for word in words:
+                close = get_close_matches(word, known, 1, RESEMBLES)
+                if word not in known and close:
+                    problem = f"{word!r} is not known; did you mean {close[0]!r}?"
+                    raise self.error(element, problem)
+
     def origin(self, element: Any) -> Array:
         origin = self.only(element, "origin")
         if origin is None:
             return np.eye(4)
+        strange = [name for name in origin.attrib if name not in ("xyz", "rpy")]
+        if strange:  # quat_xyzw of URDF 1.1 among them: its rotation would be lost
+            raise self.error(origin, f"{strange[0]!r} is not read: write xyz and rpy")
         xyz = self.numbers(origin, "xyz", 3, (0.0, 0.0, 0.0))
         return transform(xyz, self.numbers(origin, "rpy", 3, (0.0, 0.0, 0.0)))
 
     def link(self, element: Any) -> Link:
+        self.spelt(element, ("name",), LINK_TAGS)
+        for child in () if children(element, "collision") else children(element):
+            if tag_of(child) not in LINK_TAGS and child.find(".//geometry") is not None:
+                problem = f"<{tag_of(child)}> holds a <geometry> and is no <collision>"
+                raise self.error(child, problem)
         return Link(
             name=self.attribute(element, "name"),
             inertial=self.inertial(element),
@@ -276,6 +308,7 @@ class _Reader:
         return Inertial(mass, self.origin(element), inertia)
 
     def shape(self, element: Any) -> Shape:
+        self.spelt(element, ("name",), ("origin", "geometry", "material"))
         return Shape(
             name=element.get("name"),
             origin=self.origin(element),
@@ -287,7 +320,7 @@ class _Reader:
         found = children(element)
         if len(found) != 1:
             raise self.error(element, f"holds {len(found)} shapes; it must hold one")
-        shape, tag = found[0], urdf_source.tag_of(found[0])
+        shape, tag = found[0], tag_of(found[0])
         if tag == "box":
             x, y, z = self.numbers(shape, "size", 3, None)
             if min(x, y, z) <= 0.0:
@@ -303,6 +336,7 @@ class _Reader:
         raise self.error(shape, f"<{tag}> is no shape")
 
     def mesh(self, element: Any) -> Mesh:
+        self.spelt(element, ("filename", "scale"))
         filename = self.attribute(element, "filename").strip()
         x, y, z = self.numbers(element, "scale", 3, (1.0, 1.0, 1.0))
         if 0.0 in (x, y, z):
@@ -310,6 +344,7 @@ class _Reader:
         return Mesh(filename, (x, y, z))
 
     def joint(self, element: Any) -> Joint:
+        self.spelt(element, ("name", "type"), JOINT_TAGS)
         kind = self.attribute(element, "type")
         if kind not in JOINT_TYPES:
             known = ", ".join(JOINT_TYPES)
@@ -333,7 +368,8 @@ class _Reader:
         element = self.only(joint, "axis")
         if element is None or kind not in AXIS_TYPES:
             return np.array(default)
-        axis = np.array(self.numbers(element, "xyz", 3, default))
+        # urdfdom takes an axis without xyz for 0 0 0, others for 1 0 0.
+        axis = np.array(self.numbers(element, "xyz", 3, None))
         length = float(np.linalg.norm(axis))
         if length == 0.0:
             raise self.error(element, "the axis is 0 0 0")
@@ -343,6 +379,7 @@ class _Reader:
         element = self.only(joint, "limit", required=kind in LIMITED_TYPES)
         if element is None:
             return None
+        self.spelt(element, ("lower", "upper", "effort", "velocity"))
         lower = self.number(element, "lower", 0.0)
         upper = self.number(element, "upper", 0.0)
         if kind in LIMITED_TYPES and lower > upper:
@@ -358,6 +395,7 @@ class _Reader:
         element = self.only(joint, "mimic")
         if element is None:
             return None
+        self.spelt(element, ("joint", "multiplier", "offset"))
         return Mimic(
             self.attribute(element, "joint"),
             self.number(element, "multiplier", 1.0),

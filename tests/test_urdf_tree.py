@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -119,3 +121,46 @@ def test_a_thousand_links_are_quick():
         for i in range(count - 1)
     )
     assert len(parse(f'<robot name="r">{links}{joints}</robot>').joints) == count - 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("<collision>", "<colision>", "collision"),
+        ("<collision>", "<shell>", "holds a <geometry>"),
+        ('rpy="0 0 1"', 'ryp="0 0 1"', "'ryp' is not read"),
+        ('rpy="0 0 1"', 'quat_xyzw="0 0 0 1"', "'quat_xyzw' is not read"),
+        ("<origin", "<orign", "origin"),
+        ('<axis xyz="0 0 1"/>', "<axis/>", "xyz"),
+        ("<mimic ", "<mimik ", "mimic"),
+        ('multiplier="2"', 'multiplyer="2"', "multiplier"),
+        ('scale="2 2 2"', 'scael="2 2 2"', "scale"),
+        ("upper=", "uper=", "upper"),
+    ],
+)
+def test_what_parsers_would_skip_without_a_word_is_refused(old, new, said):
+    text = """<robot name="r"><link name="a"/><link name="b"><collision>
+      <origin xyz="0 0 0" rpy="0 0 1"/>
+      <geometry><mesh filename="m.stl" scale="2 2 2"/></geometry></collision></link>
+      <link name="c"/>
+      <joint name="j" type="revolute"><parent link="a"/><child link="b"/>
+      <axis xyz="0 0 1"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>
+      <joint name="k" type="revolute"><parent link="b"/><child link="c"/>
+      <axis xyz="0 0 1"/><limit lower="0" upper="2" effort="1" velocity="1"/>
+      <mimic joint="j" multiplier="2"/></joint></robot>"""
+    assert parse(text).joints[1].mimic is not None
+    closing = new.replace("<", "</").strip()
+    broken = text.replace(old, new)
+    if old == "<collision>":
+        broken = broken.replace("</collision>", closing)
+    assert broken != text
+    with pytest.raises(UrdfError, match=re.escape(said)):
+        parse(broken)
+
+
+def test_extensions_are_left_alone():
+    text = """<robot name="r"><link name="a"><verbose value="1"/><collision>
+      <geometry><box size="1 1 1"/></geometry></collision>
+      <self_filter><geometry><box size="1 1 1"/></geometry></self_filter></link>
+      <gazebo reference="a"/></robot>"""
+    assert len(parse(text).links[0].collisions) == 1

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from borecheck.urdf_source import children, elements, tag_of
-from borecheck.validation.draft import Robot, numbers
+from borecheck.validation.draft import SHAPES, Robot, numbers
 from borecheck.validation.registry import Hit, check
 from borecheck.validation.schema import SCHEMA, required_attributes
 
@@ -24,6 +24,8 @@ REQUIRED = {
     "collision": ("geometry",),
     "inertial": ("mass", "inertia"),
 }
+
+VERSIONS = ("1.0", "1.1", "1.2")
 
 _LEFT_OVER = re.compile(r"\$\{[^}]*\}|\$\([^)]*\)")
 
@@ -96,8 +98,44 @@ def robot_without_name(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse the file; yourdfpy stops with a KeyError.
     """
+    if robot.holds_macros_only:
+        return
     if tag_of(robot.root) == "robot" and not (robot.root.get("name") or "").strip():
         yield Hit(robot.root, "the robot's name is missing or empty", "name")
+
+
+@check("D132", "robot-version", "document", "EEE")
+def robot_version(robot: Robot) -> Iterator[Hit]:
+    """The version of the robot is none of URDF.
+
+    Why: The attribute names the version of the format, not of your robot.
+
+    Mend: Leave it out, or write version="1.0".
+
+    Libraries: urdfdom and Pinocchio refuse the file; others do not look.
+    """
+    version = robot.root.get("version")
+    if tag_of(robot.root) == "robot" and version not in (None, *VERSIONS):
+        message = f"version={version!r} is none of {', '.join(VERSIONS)}"
+        yield Hit(robot.root, message, "version")
+
+
+@check("D133", "quaternion-origin", "document", "EEE")
+def quaternion_origin(robot: Robot) -> Iterator[Hit]:
+    """An origin is turned by quat_xyzw, which most parsers do not know.
+
+    Why: Older parsers leave the rotation out without a word, so that the same file
+    stands otherwise in each library.
+
+    Mend: Write the rotation as rpy.
+
+    Libraries: Pinocchio 4 (urdfdom 6) reads it in files of version 1.1; yourdfpy and
+    older parsers do not; borecheck's own checks refuse the file.
+    """
+    for element in robot.root.iter("origin"):
+        if "quat_xyzw" in element.attrib:
+            text = f"quat_xyzw={element.get('quat_xyzw')!r}"
+            yield Hit(element, text, "quat_xyzw")
 
 
 @check("D107", "undeclared-prefix", "document", "WWW")
@@ -230,8 +268,9 @@ def missing_element(robot: Robot) -> Iterator[Hit]:
         for tag in REQUIRED.get(tag_of(element), ()):
             if not children(element, tag):
                 yield Hit(element, f"<{tag_of(element)}> has no <{tag}>")
-        if tag_of(element) == "geometry" and not children(element):
-            yield Hit(element, "<geometry> holds no shape")
+        shapes = [c for c in children(element) if tag_of(c) in SHAPES]
+        if tag_of(element) == "geometry" and not shapes:
+            yield Hit(element, "<geometry> holds no shape that URDF knows")
 
 
 @check("D119", "missing-attribute", "document", "EEE")
@@ -262,11 +301,16 @@ def stray_text(robot: Robot) -> Iterator[Hit]:
     for element in standard(robot):
         if tag_of(element) not in SCHEMA:
             continue
-        texts = [element.text, *(child.tail for child in element)]
-        for text in texts:
+        # Text after a child is told at the child: the line is nearer.
+        texts = [(element, element.text)]
+        texts += [
+            (child if isinstance(child.tag, str) else element, child.tail)
+            for child in element
+        ]
+        for near, text in texts:
             if text and text.strip():
                 shown = " ".join(text.split())[:40]
-                yield Hit(element, f"<{tag_of(element)}> holds the text {shown!r}")
+                yield Hit(near, f"<{tag_of(element)}> holds the text {shown!r}")
 
 
 @check("D128", "material-undefined", "document", "WWW")

@@ -79,8 +79,8 @@ class DraftShape:
         """The mesh reference, if this is a mesh that names one."""
         if self.tag != "mesh":
             return None
-        text = (self.shape.get("filename") or "").strip()
-        return text or None
+        text: str = self.shape.get("filename") or ""
+        return text if text.strip() else None
 
     @property
     def scale(self) -> Vector:
@@ -138,7 +138,7 @@ class DraftJoint:
     @property
     def type(self) -> str:
         """The type as it is written; empty if it is missing."""
-        return (self.element.get("type") or "").strip()
+        return self.element.get("type") or ""
 
     @property
     def parent(self) -> str | None:
@@ -205,7 +205,7 @@ class DraftJoint:
             if value is None and attribute in element.attrib:
                 return None
             values.append(default if value is None else value)
-        return DraftMimic(element.get("joint").strip(), values[0], values[1])
+        return DraftMimic(element.get("joint"), values[0], values[1])
 
 
 @dataclass(eq=False)
@@ -218,6 +218,7 @@ class Robot:
         options: What was asked for.
         folder: Where relative mesh names start.
         notes: What reading the file left to say, by code: (element, message).
+        holds_macros_only: A xacro file that defines macros and no robot.
     """
 
     file: str
@@ -225,6 +226,7 @@ class Robot:
     options: Options
     folder: Path
     notes: dict[str, list[tuple[Any, str]]] = field(default_factory=dict)
+    holds_macros_only: bool = False
 
     @property
     def root(self) -> Any:
@@ -235,13 +237,13 @@ class Robot:
     def links(self) -> tuple[DraftLink, ...]:
         """All links, in file order."""
         found = children(self.root, "link")
-        return tuple(DraftLink(e, (e.get("name") or "").strip()) for e in found)
+        return tuple(DraftLink(e, _name(e)) for e in found)
 
     @cached_property
     def joints(self) -> tuple[DraftJoint, ...]:
         """All joints, in file order."""
         found = children(self.root, "joint")
-        return tuple(DraftJoint(e, (e.get("name") or "").strip()) for e in found)
+        return tuple(DraftJoint(e, _name(e)) for e in found)
 
     @cached_property
     def link_named(self) -> dict[str, DraftLink]:
@@ -335,8 +337,15 @@ def _shape_of(element: Any) -> Any:
     return next((c for c in children(geometry) if tag_of(c) in SHAPES), None)
 
 
+def _name(element: Any) -> str:
+    """The name as it stands, white space and all, as parsers compare it."""
+    name: str = element.get("name") or ""
+    return name if name.strip() else ""
+
+
 def _link_name(element: Any) -> str | None:
-    return None if element is None else (element.get("link") or "").strip() or None
+    name = None if element is None else element.get("link") or ""
+    return name if name and name.strip() else None
 
 
 def _bound(limit: Any, attribute: str) -> float | None:

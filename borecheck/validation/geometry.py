@@ -137,7 +137,9 @@ def scale_mirrored(robot: Robot) -> Iterator[Hit]:
     """
     for shape in shapes(robot):
         if shape.tag == "mesh" and min(shape.scale) < 0.0:
-            yield Hit(shape.shape, f"scale={shape.shape.get('scale')!r}", "scale")
+            level = None if shape.kind == "collision" else Severity.INFO
+            text = f"scale={shape.shape.get('scale')!r}"
+            yield Hit(shape.shape, text, "scale", level)
 
 
 @check("G511", "scale-uneven", "geometry", "III")
@@ -207,7 +209,7 @@ def mesh_format(robot: Robot) -> Iterator[Hit]:
     Mend: Export STL, OBJ, PLY or Collada.
     """
     for shape in shapes(robot):
-        suffix = PurePosixPath(shape.filename or "x.stl").suffix.lower()
+        suffix = PurePosixPath(shape.filename or "x.stl").suffix.strip().lower()
         if suffix not in _SUFFIXES:
             message = f"{shape.filename!r}: {suffix or 'no suffix'} is not read"
             yield Hit(shape.shape, message, "filename")

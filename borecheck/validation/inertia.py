@@ -11,7 +11,7 @@ from borecheck.validation.extents import Extent, link_extent
 from borecheck.validation.registry import Hit, check
 
 TRIANGLE_TOLERANCE = 0.01  # relative: inertias are typed with a few digits
-DENSITY_RANGE = 5.0, 30_000.0  # [kg/m^3] of the bounding volume: foam to tungsten
+DENSITY_RANGE = 5.0, 22_600.0  # [kg/m^3] of the bounding volume: foam to osmium
 SMALLEST_VOLUME = 1e-9  # [m^3]: below 1 mm^3 a density says nothing
 ENTRIES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -227,14 +227,18 @@ def inertia_implausible(robot: Robot) -> Iterator[Hit]:
         if moments[2] <= 0.0 or extent.diagonal <= 0.0:
             continue
         radius = math.sqrt(moments[2] / mass)  # of gyration
-        if not _fits(radius, extent):
+        T_link_com = placement(link.inertial)
+        centre = np.zeros(3) if T_link_com is None else T_link_com[:3, 3]
+        if not _fits(radius, extent, centre):
             element = first(link.inertial, "inertia")
             size = f"{extent.diagonal:.3g} m"
             message = f"radius of gyration {radius:.3g} m on a link of {size}"
             yield Hit(element, f"link {link.name!r}: {message}")
 
 
-def _fits(radius: float, extent: Extent) -> bool:
-    # A body within its box has a radius of gyration below the diagonal; one thin rod
-    # in it has diagonal / sqrt(12). Room is left for parts that are not drawn.
-    return 0.02 * extent.diagonal < radius < 1.5 * extent.diagonal
+def _fits(radius: float, extent: Extent, centre: Array) -> bool:
+    # No body has a radius of gyration beyond its farthest point; a solid box has about
+    # half of it. Room is left for parts that are not drawn.
+    reach = np.maximum(np.abs(extent.low - centre), np.abs(extent.high - centre))
+    farthest = float(np.linalg.norm(reach))
+    return 0.02 * extent.diagonal < radius < 1.5 * farthest

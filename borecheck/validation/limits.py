@@ -7,6 +7,7 @@ from borecheck.validation.draft import DraftJoint, Robot, first, number
 from borecheck.validation.registry import Hit, check
 
 DEGREES_FROM = 2.0 * math.pi * 1.01  # more than a turn, with room for 6.3
+MOST_QUARTERS = 40.5  # ten turns either way
 UNLIMITED_FROM = 1e4  # 1e9 or 1e16 stands for "no limit", not for degrees
 FAST = 1000.0  # [rad/s] or [m/s]: no joint of a robot turns 10,000 rpm
 LONG_STROKE_M = 10.0
@@ -100,9 +101,15 @@ def limit_in_degrees(robot: Robot) -> Iterator[Hit]:
         values = [v for v in (joint.lower, joint.upper) if v is not None]
         if joint.type == "revolute" and values:
             worst = max(values, key=abs)
-            if abs(worst) > DEGREES_FROM:
+            if abs(worst) > DEGREES_FROM and not _is_turns(worst):
                 kind = "no limit" if abs(worst) > UNLIMITED_FROM else "degrees"
                 yield Hit(joint.limit, f"a limit of {worst:g} rad: {kind}?")
+
+
+def _is_turns(angle: float) -> bool:
+    """Whether it is some quarter turns in radians, as no number of degrees is."""
+    quarters = angle / (0.5 * math.pi)
+    return abs(quarters) < MOST_QUARTERS and abs(quarters - round(quarters)) < 1e-4
 
 
 @check("J310", "zero-outside-limits", "joints", "WWW")
@@ -123,7 +130,7 @@ def zero_outside_limits(robot: Robot) -> Iterator[Hit]:
             yield Hit(joint.limit, f"0 is not within {lower:g} to {upper:g}")
 
 
-@check("J311", "effort-or-velocity-missing", "joints", "WWW")
+@check("J311", "effort-or-velocity-missing", "joints", "EEE")
 def effort_or_velocity_missing(robot: Robot) -> Iterator[Hit]:
     """The effort or velocity limit is left out.
 
@@ -208,6 +215,9 @@ def soft_limit_outside(robot: Robot) -> Iterator[Hit]:
         lower, upper = joint.lower, joint.upper
         if lower is None or upper is None:
             continue
+        if low is not None and high is not None and low > high:
+            message = f"soft_lower_limit={low:g} is above soft_upper_limit={high:g}"
+            yield Hit(safety, message, "soft_lower_limit")
         if low is not None and not lower <= low <= upper and low != 0.0:
             yield Hit(
                 safety, f"soft_lower_limit={low:g} is outside", "soft_lower_limit"

@@ -25,7 +25,7 @@ def load_file(path: Path, options: Options) -> Loaded:
     except UrdfError as error:
         return _stopped("D101", error, str(path), options), ()
     if path.suffix == ".xacro":
-        return _load_xacro(path, options)
+        return _load_xacro(path, raw, options)
     return _load(raw, str(path), path.parent, options)
 
 
@@ -47,14 +47,13 @@ def _load(
         code = "D102" if "well-formed" in error.problem else "D101"
         return _stopped(code, error, file, options), ()
     robot = Robot(file, source, options, folder)
-    found, faulty = suppressions_in(source.root, file)
+    found, faulty = suppressions_in(source, file)
     if not origins:
-        notes = [(None, f"line {c.line}: the comment {c.problem}") for c in faulty]
-        robot.notes["D131"] = list(notes)
+        robot.notes["D131"] = [(c.element, f"the comment {c.problem}") for c in faulty]
     return robot, found
 
 
-def _load_xacro(path: Path, options: Options) -> Loaded:
+def _load_xacro(path: Path, raw: bytes, options: Options) -> Loaded:
     from borecheck.xacro_expand import expand
 
     try:
@@ -63,6 +62,7 @@ def _load_xacro(path: Path, options: Options) -> Loaded:
         return _stopped("D110", error, str(path), options), ()
     robot, _ = _load(expanded.text, str(path), path.parent, options, expanded.places)
     if isinstance(robot, Robot):
+        robot.holds_macros_only = not robot.links and b"xacro:macro" in raw
         robot.notes["D111"] = [
             (None, f"argument {name!r} is not declared") for name in expanded.unused
         ]

@@ -1,5 +1,6 @@
 """Mesh file checks: is there a mesh in the file, and in which unit."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -9,6 +10,7 @@ from borecheck.validation.draft import DraftShape, Robot
 from borecheck.validation.extents import shape_extent
 from borecheck.validation.findings import Severity
 from borecheck.validation.geometry import for_collision, shapes
+from borecheck.validation.joints import origin_far
 from borecheck.validation.mesh_reading import path_of, read_file
 from borecheck.validation.registry import Hit, check
 
@@ -106,7 +108,8 @@ def mesh_unit(robot: Robot) -> Iterator[Hit]:
 
     Libraries: every library takes the numbers as metres.
     """
-    if robot.size <= 1e-3:
+    # One origin in millimetres makes the robot, not its meshes, a wrong size (J314).
+    if robot.size <= 1e-3 or any(origin_far(robot)):
         return
     for shape in scaled_shapes(robot):
         extent = shape_extent(robot, shape)
@@ -121,6 +124,11 @@ def mesh_unit(robot: Robot) -> Iterator[Hit]:
         elif 0.0 < ratio < SMALL_RATIO:
             hint = _scale_hint(shape, 1e3)
             yield Hit(shape.shape, f"{size}: scaled down twice?", "scale", hint=hint)
+
+
+def _apart(size: float, reference: float) -> float:
+    """How many factors of e lie between two sizes."""
+    return abs(math.log(size / max(reference, 1e-3)))
 
 
 @check("G513", "mesh-unit-pair", "geometry", "WWW", "meshes")
@@ -143,9 +151,12 @@ def mesh_unit_pair(robot: Robot) -> Iterator[Hit]:
         ratio = max(sizes.values()) / min(sizes.values())
         for unit_ratio, unit in UNIT_RATIOS.items():
             if abs(ratio / unit_ratio - 1.0) < 0.15:
-                larger = max(sizes, key=lambda kind: sizes[kind])
-                message = f"the {larger} is {ratio:.4g} times larger: {unit}?"
-                yield Hit(link.of_kind(larger)[0].shape, message)
+                # Wrong is the one whose size is farther from the robot's.
+                wrong = max(sizes, key=lambda kind: _apart(sizes[kind], robot.size))
+                other = min(sizes, key=lambda kind: _apart(sizes[kind], robot.size))
+                word = "larger" if sizes[wrong] > sizes[other] else "smaller"
+                text = f"the {wrong} is {ratio:.4g} times {word} than the {other}"
+                yield Hit(link.of_kind(wrong)[0].shape, f"{text}: {unit}?", "scale")
                 break
 
 

@@ -70,8 +70,8 @@ def _with_places(robot: Robot) -> Any:
         return robot.root
     root = deepcopy(robot.root)
     for mesh in root.iter("mesh"):
-        name = (mesh.get("filename") or "").strip()
-        path = resolution_of(robot, name).path if name else None
+        name = mesh.get("filename") or ""
+        path = resolution_of(robot, name).path if name.strip() else None
         if path is not None:
             mesh.set("filename", f"file://{path.absolute()}")
     return root
@@ -135,7 +135,7 @@ def kinematics_disagree(robot: Robot) -> Iterator[Hit]:
         yield Hit(robot.link_named[link].element, message, None, level)
 
 
-@check("K608", "pinocchio-refuses", "kinematics", "WWW", "run")
+@check("K608", "pinocchio-refuses", "kinematics", "WEE", "run")
 def pinocchio_refuses(robot: Robot) -> Iterator[Hit]:
     """Pinocchio cannot load the robot.
 
@@ -268,6 +268,8 @@ def _cause(robot: Robot, library: str) -> str | None:
     lengths = [float(np.linalg.norm(joint.axis or (1.0, 0, 0))) for joint in moving]
     if 0.0 in lengths:
         return "an axis is 0 0 0 (J302)"
+    if any("xyz" not in e.attrib for e in robot.root.iterfind("joint/axis")):
+        return "an <axis> has no xyz, which urdfdom takes for 0 0 0 (D119)"
     mimics = [joint for joint in robot.joints if joint.mimic is not None]
     if library == "yourdfpy" and mimics:
         names = {joint.name for joint in mimics}
@@ -275,6 +277,8 @@ def _cause(robot: Robot, library: str) -> str | None:
             return "yourdfpy takes mimic chains for zero (J318)"
         if any(joint.type in ("floating", "planar") for joint in robot.joints):
             return "yourdfpy shifts mimic indices after a planar or floating joint"
+    if any("quat_xyzw" in e.attrib for e in robot.root.iter("origin")):
+        return "quat_xyzw, which only the newest parsers read (D133)"
     if any(abs(length - 1.0) > 1e-9 for length in lengths):
         return "an axis is not of length one (J303)"
     if any(abs(v or 0.0) > UNLIMITED_FROM for j in moving for v in (j.lower, j.upper)):

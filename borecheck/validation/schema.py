@@ -4,6 +4,11 @@ from typing import Any
 
 from borecheck.urdf_source import tag_of
 
+LIMITS = (
+    *("lower", "upper", "effort", "velocity"),
+    *("acceleration", "deceleration", "jerk"),
+)
+
 # Of each element the attributes and the children it may have.
 SCHEMA: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "robot": (("name", "version"), ("link", "joint", "material")),
@@ -22,7 +27,7 @@ SCHEMA: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "inertial": ((), ("origin", "mass", "inertia")),
     "mass": (("value",), ()),
     "inertia": (("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), ()),
-    "origin": (("xyz", "rpy"), ()),
+    "origin": (("xyz", "rpy", "quat_xyzw"), ()),
     "joint": (
         ("name", "type"),
         (
@@ -33,7 +38,7 @@ SCHEMA: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "parent": (("link",), ()),
     "child": (("link",), ()),
     "axis": (("xyz",), ()),
-    "limit": (("lower", "upper", "effort", "velocity", "acceleration", "jerk"), ()),
+    "limit": (LIMITS, ()),
     "dynamics": (("damping", "friction"), ()),
     "mimic": (("joint", "multiplier", "offset"), ()),
     "calibration": (("rising", "falling", "reference_position"), ()),
@@ -59,6 +64,7 @@ REQUIRED_ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "mesh": ("filename",),
     "mass": ("value",),
     "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    "axis": ("xyz",),
     "joint": ("type",),
     "mimic": ("joint",),
     "color": ("rgba",),
@@ -81,7 +87,7 @@ NUMERIC: dict[tuple[str, str], int] = {
             "sphere": ("radius",),
             "mass": ("value",),
             "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
-            "limit": ("lower", "upper", "effort", "velocity", "acceleration", "jerk"),
+            "limit": LIMITS,
             "dynamics": ("damping", "friction"),
             "mimic": ("multiplier", "offset"),
             "calibration": ("rising", "falling", "reference_position"),

@@ -38,7 +38,7 @@ def control_name_unknown(robot: Robot) -> Iterator[Hit]:
     for tag in ("transmission", "ros2_control"):
         for block in children(robot.root, tag):
             for joint in block.iter("joint"):
-                name = (joint.get("name") or "").strip()
+                name = joint.get("name") or ""
                 if name and name not in robot.joint_named:
                     yield Hit(joint, _missing(name, robot.joint_named, "joint"), "name")
 
@@ -55,7 +55,7 @@ def gazebo_reference_unknown(robot: Robot) -> Iterator[Hit]:
     """
     known = {**robot.link_named, **robot.joint_named}
     for block in children(robot.root, "gazebo"):
-        name = (block.get("reference") or "").strip()
+        name = block.get("reference") or ""
         if name and name not in known:
             yield Hit(block, _missing(name, known, "link or joint"), "reference")
 

@@ -12,15 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.errors import UrdfError
-from borecheck.urdf_source import read, read_bytes
+from borecheck.urdf_source import Source, read, read_bytes, start_line
 from borecheck.validation.findings import Finding
 
 _COMMENT = re.compile(
     r"^\s*borecheck\s*:\s*(?P<scope>ignore(?:-file)?)\b\s*(?P<codes>[^:]*?)\s*"
     r"(?::\s*(?P<reason>.*?))?\s*$",
-    re.S,
+    re.S | re.I,
 )
-_CODE = re.compile(r"[A-Z]\d{0,3}")
 
 
 @dataclass(frozen=True)
@@ -43,32 +42,50 @@ class Suppression:
 class Comment:
     """A comment addressed to borecheck that has no effect, and why."""
 
-    line: int
+    element: Any
     problem: str
 
 
 def suppressions_in(
-    root: Any, file: str
+    source: Source, file: str
 ) -> tuple[tuple[Suppression, ...], tuple[Comment, ...]]:
     """What the comments of one XML tree silence, and those that lack something."""
     from lxml import etree
 
     found, faulty = [], []
-    for comment in root.getroottree().xpath("//comment()"):
+    for comment in source.root.getroottree().xpath("//comment()"):
         match = _COMMENT.match(comment.text or "")
         if match is None:
             continue
-        codes = tuple(c for c in re.split(r"[,\s]+", match["codes"]) if c)
-        if not codes or not all(_CODE.fullmatch(code) for code in codes):
-            faulty.append(Comment(comment.sourceline, "names no check"))
+        words = [word for word in re.split(r"[,\s]+", match["codes"]) if word]
+        codes, unknown = _codes(words)
+        if unknown or not codes:
+            named = f" ({', '.join(unknown)})" if unknown else ""
+            faulty.append(Comment(comment, f"names no check{named}"))
         elif not (match["reason"] or "").strip():
-            faulty.append(Comment(comment.sourceline, "gives no reason"))
+            faulty.append(Comment(comment, "gives no reason"))
         else:
-            whole = match["scope"] == "ignore-file"
-            first, last = (0, 2**31) if whole else _range(comment, etree.Comment)
+            whole = match["scope"].lower() == "ignore-file"
+            first, last = (
+                (0, 2**31) if whole else _range(comment, etree.Comment, source)
+            )
             reason = " ".join(match["reason"].split())
             found.append(Suppression(file, first, last, codes, reason))
     return tuple(found), tuple(faulty)
+
+
+def _codes(words: Iterable[str]) -> tuple[tuple[str, ...], list[str]]:
+    """Codes (or their beginnings) that words name, and words that name none."""
+    from borecheck.validation.registry import all_checks
+
+    by_name = {check.name: check.code for check in all_checks()}
+    codes: list[str] = []
+    unknown: list[str] = []
+    for word in words:
+        code = by_name.get(word.lower(), word.upper())
+        is_known = any(check.code.startswith(code) for check in all_checks())
+        (codes if is_known else unknown).append(code if is_known else word)
+    return tuple(codes), unknown
 
 
 def suppressions_of(files: Iterable[Path]) -> tuple[Suppression, ...]:
@@ -79,11 +96,11 @@ def suppressions_of(files: Iterable[Path]) -> tuple[Suppression, ...]:
             source = read(read_bytes(path), str(path))
         except UrdfError:
             continue  # the expansion has said so already
-        found.extend(suppressions_in(source.root, str(path))[0])
+        found.extend(suppressions_in(source, str(path))[0])
     return tuple(found)
 
 
-def _range(comment: Any, is_comment: Any) -> tuple[int, int]:
+def _range(comment: Any, is_comment: Any, source: Source) -> tuple[int, int]:
     target = comment.getnext()
     while target is not None and target.tag is is_comment:
         target = target.getnext()
@@ -94,5 +111,5 @@ def _range(comment: Any, is_comment: Any) -> tuple[int, int]:
     # The start tag may begin before the line libxml2 names for the element.
     first = comment.sourceline if target.getparent() is not None else 0
     if target is comment.getparent():
-        first = target.sourceline
+        first = start_line(target, source.text.split("\n"))
     return first, max(e.sourceline or 0 for e in target.iter())

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from borecheck.urdf_source import children, tag_of
 from borecheck.validation.draft import DraftJoint, Robot
+from borecheck.validation.findings import Severity
 from borecheck.validation.registry import Hit, check
 from borecheck.validation.spelling import nearest
 
@@ -19,7 +20,11 @@ def no_links(robot: Robot) -> Iterator[Hit]:
     Mend: Add at least one <link>.
     """
     if tag_of(robot.root) == "robot" and not robot.links:
-        yield Hit(robot.root, "the robot has no link")
+        if robot.holds_macros_only:
+            message = "the file holds macros and no robot: nothing was checked"
+            yield Hit(robot.root, message, None, Severity.INFO)
+        else:
+            yield Hit(robot.root, "the robot has no link")
 
 
 @check("T202", "link-unknown", "tree", "EEE")
