@@ -357,3 +357,59 @@ def test_a_word_that_is_none_of_the_list_names_the_file(validate, two_folders, t
     status, _, err = validate("calm")
     assert status == 2
     assert "borecheck.toml" in err
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'ignore = ["J999"]',
+        'select = ["zzz"]',
+        'select = [""]',
+        "ignore = [3]",
+        'per-file-ignore = {"*.urdf" = ["J999"]}',
+        'per-file-ignore = {"*.urdf" = "J3"}',
+        "per-file-ignore = 3",
+        "frame = [3]",
+    ],
+)
+def test_unknown_codes_in_settings_are_one_line(validate, two_folders, text):
+    (two_folders / "calm" / "borecheck.toml").write_text(f"[validate]\n{text}\n")
+    status, out, err = validate("calm")
+    assert (status, out) == (2, "")
+    (line,) = err.splitlines()
+    assert "borecheck.toml" in line
+    assert text.partition(" ")[0] in line
+
+
+def test_settings_know_checks_by_name(validate, two_folders):
+    settings = two_folders / "calm" / "borecheck.toml"
+    settings.write_text('[validate]\nignore = ["axis-not-unit"]\n')
+    assert validate("calm", "--fail-on", "warning")[0] == 0
+    settings.write_text('[validate.per-file-ignore]\n"a*" = ["axis-not-unit"]\n')
+    assert validate("calm", "--fail-on", "warning")[0] == 0
+
+
+def test_the_function_refuses_unknown_codes_and_knows_names():
+    import borecheck
+    from borecheck.errors import UnknownNameError
+
+    def codes(**words):
+        return [f.code for f in borecheck.validate(ZERO, run=False, **words)]
+
+    for words in ({"select": ["zzz"]}, {"ignore": "J999"}, {"select": [""]}):
+        with pytest.raises(UnknownNameError, match="unknown check"):
+            codes(**words)
+    assert codes(select=["axis-zero"]) == codes(select="J3") == ["J302"]
+    assert codes(select=[]) == ["J302"]
+    assert codes(ignore=["Axis-Zero"]) == []
+
+
+def test_options_with_names_of_checks_hold_for_text_too():
+    from borecheck.errors import UnknownNameError
+    from borecheck.validation import Options, validate_text
+
+    text = ZERO.read_text()
+    named = Options(run=False, meshes=False, select=("axis-zero",))
+    assert [f.code for f in validate_text(text, options=named)] == ["J302"]
+    with pytest.raises(UnknownNameError):
+        validate_text(text, options=Options(select=("zzz",)))

@@ -9,9 +9,10 @@ from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from borecheck.errors import UsageError
+from borecheck.errors import UnknownNameError, UsageError
 from borecheck.validation import baseline, many
 from borecheck.validation.as_text import as_text, wants_colour
+from borecheck.validation.codes import codes_of
 from borecheck.validation.config import (
     FAIL_ON,
     Settings,
@@ -146,8 +147,8 @@ def _given(args: argparse.Namespace) -> dict[str, Any]:
         "profile": args.profile,
         "arguments": _pairs(args.arg or []),
         "package_paths": args.package_path,
-        "select": None if args.select is None else codes_of(args.select),
-        "ignore": None if args.ignore is None else codes_of(args.ignore),
+        "select": _codes("--select", args.select),
+        "ignore": _codes("--ignore", args.ignore),
         "meshes": False if args.no_meshes else None,
         "run": False if args.no_run or args.no_meshes else None,
         "load_meshes": args.load_meshes or None,
@@ -182,20 +183,16 @@ def _pairs(words: Sequence[str]) -> dict[str, str]:
     return pairs
 
 
-def codes_of(words: Sequence[str]) -> tuple[str, ...]:
-    """Codes, beginnings of codes or names, separated by commas."""
-    by_name = {check.name: check.code for check in all_checks()}
-    codes = [part.strip() for word in words for part in word.split(",") if part.strip()]
-    known = [check.code for check in all_checks()]
-    found = []
-    for code in codes:
-        chosen = by_name.get(code.lower(), code.upper())
-        if not any(name.startswith(chosen) for name in known):
-            raise UsageError(
-                f"{code!r} is no check; see borecheck validate --list-checks"
-            )
-        found.append(chosen)
-    return tuple(found)
+def _codes(option: str, words: Sequence[str] | None) -> tuple[str, ...] | None:
+    if words is None:
+        return None
+    try:
+        return codes_of(words)
+    except UnknownNameError as error:
+        raise UsageError(
+            f"{option}: {error.name!r} is no check; see borecheck validate "
+            "--list-checks"
+        ) from error
 
 
 def _results(

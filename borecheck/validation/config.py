@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.errors import InputError, UnknownNameError
+from borecheck.validation.codes import codes_of
 from borecheck.validation.options import PROFILES, Loop, Options, RemoteCentre, ToolAxis
 
 FILES = ("borecheck.toml", "pyproject.toml")
@@ -141,8 +142,9 @@ def _settings(table: dict[str, Any], path: Path) -> Settings:
             entries: list[Any] = value if isinstance(value, list) else [value]
             declared[key] = tuple(_record(_TABLES[key], e, key, path) for e in entries)
         elif key == "per-file-ignore":
-            rules: dict[str, Any] = _checked("arg", value, path)
-            ignored = {str(k): tuple(map(str, v)) for k, v in rules.items()}
+            if not isinstance(value, dict):
+                raise InputError(path, f"{key} is a table: file pattern = [codes]")
+            ignored = {k: _codes(f"{key} {k!r}", v, path) for k, v in value.items()}
         else:
             values[key] = _checked(key, value, path)
     return Settings(values, declared, ignored, path)
@@ -162,6 +164,19 @@ def _record(kind: type, entry: object, key: str, path: Path) -> Any:
         raise InputError(path, f"{key}: {error}") from error
 
 
+def _codes(key: str, value: object, path: Path) -> tuple[str, ...]:
+    """The codes of a list of words, each of which must be known."""
+    if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
+        raise InputError(path, f"{key} = {value!r} is no list of codes")
+    try:
+        return codes_of(value)
+    except UnknownNameError as error:
+        raise InputError(
+            path,
+            f"{key}: {error.name!r} is no check; see borecheck validate --list-checks",
+        ) from error
+
+
 def _checked(key: str, value: Any, path: Path) -> Any:
     kinds: dict[str, type] = dict.fromkeys(_LISTS, list)
     kinds |= dict.fromkeys(_WORDS, str) | dict.fromkeys(_SWITCHES, bool)
@@ -169,6 +184,10 @@ def _checked(key: str, value: Any, path: Path) -> Any:
     is_wrong = type(value) is not kinds[key]
     if is_wrong:
         raise InputError(path, f"{key} = {value!r} is no {kinds[key].__name__}")
+    if key in ("select", "ignore"):
+        return _codes(key, value, path)
+    if key in _LISTS and not all(isinstance(entry, str) for entry in value):
+        raise InputError(path, f"{key} = {value!r} is no list of words")
     words = {"fail-on": FAIL_ON, "profile": PROFILES}.get(key)
     if words is not None and value not in words:
         raise InputError(path, f"{key} = {value!r} is none of {', '.join(words)}")

@@ -1,11 +1,13 @@
 """One validation: load, check, collect; everything found comes back as values."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from borecheck.validation.codes import codes_of
 from borecheck.validation.config import Settings, find_settings, options_with
 from borecheck.validation.draft import Robot
 from borecheck.validation.findings import Finding
@@ -25,8 +27,8 @@ def validate_file(
     package_paths: Sequence[str | Path] = (),
     profile: str | None = None,
     configured: bool = True,
-    select: Iterable[str] | None = None,
-    ignore: Iterable[str] | None = None,
+    select: str | Iterable[str] | None = None,
+    ignore: str | Iterable[str] | None = None,
     closed_form: Callable[[Mapping[str, float]], Mapping[str, Any]] | None = None,
     **more: Any,
 ) -> list[Finding]:
@@ -38,20 +40,24 @@ def validate_file(
         package_paths: Roots for `package://` and `$(find)`.
         profile: kinematics, collision (if nothing else is configured) or dynamics.
         configured: Whether the settings nearest to the file hold too.
-        select: Codes, or their beginnings, to report; all by default.
-        ignore: Codes, or their beginnings, to leave out.
+        select: Codes, their beginnings or names of checks to report; all by default.
+        ignore: Codes, their beginnings or names of checks to leave out.
         closed_form: `{joint: position} -> {frame: T_root_frame}`, compared as well.
         more: Further fields of `Options`.
 
     Returns:
         The findings, by file and line; suppressed ones are left out.
+
+    Raises:
+        UnknownNameError: A code, name or profile that does not exist.
+        InputError: Settings that cannot be used.
     """
     given = {
         "profile": profile,
         "arguments": arguments,
         "package_paths": tuple(package_paths),
-        "select": None if select is None else tuple(select),
-        "ignore": None if ignore is None else tuple(ignore),
+        "select": None if select is None else codes_of(select),
+        "ignore": None if ignore is None else codes_of(ignore),
         "closed_form": closed_form,
         **more,
     }
@@ -63,14 +69,21 @@ def validate_file(
 
 def check_file(path: Path, options: Options) -> list[Finding]:
     """As `validate_file`, with the options in one record."""
-    return findings_of(load_file(path, options), options)
+    chosen = _with_codes(options)
+    return findings_of(load_file(path, chosen), chosen)
+
+
+def _with_codes(options: Options) -> Options:
+    """The options with codes for names; a word that no check goes by is an error."""
+    codes = {"select": codes_of(options.select), "ignore": codes_of(options.ignore)}
+    return replace(options, **codes)  # type: ignore[arg-type]
 
 
 def validate_text(
     text: str | bytes, file: str = "<text>", options: Options | None = None
 ) -> list[Finding]:
     """As `validate_file`, for URDF text."""
-    chosen = options or Options()
+    chosen = _with_codes(options or Options())
     return findings_of(load_text(text, file, chosen), chosen)
 
 
