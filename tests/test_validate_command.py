@@ -413,3 +413,79 @@ def test_options_with_names_of_checks_hold_for_text_too():
     assert [f.code for f in validate_text(text, options=named)] == ["J302"]
     with pytest.raises(UnknownNameError):
         validate_text(text, options=Options(select=("zzz",)))
+
+
+@pytest.mark.parametrize("option", ["--seed", "--samples", "--jobs", "--self-contact"])
+def test_a_negative_count_is_one_line(validate, option):
+    status, out, err = validate(ARM, option, "-3")
+    assert (status, out) == (2, "")
+    (line,) = err.splitlines()
+    assert f"{option} is -3" in line
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[validate]\nseed = -1", "seed is -1"),
+        ("[validate]\narg = {n = [1]}", "arg"),
+        ('[[validate.remote-centre]]\nframe = "tool"', "remote-centre lacks joints"),
+        *(
+            (f'[[validate.remote-centre]]\nframe = "tool"\njoints = ["a"]\n{t}', words)
+            for t, words in [
+                ("point = [0, 0]", "remote-centre: point is [0, 0], not three"),
+                ('point = "0 0 0"', "remote-centre: point is '0 0 0'"),
+                ('point = [0, 0, "0"]', "remote-centre: point"),
+                ("point = [0, 0, nan]", "remote-centre: point"),
+                ('tolerance = "1"', "remote-centre: tolerance is '1'"),
+                ("tolerance = -1.0", "remote-centre: tolerance is -1.0"),
+            ]
+        ),
+        (
+            '[[validate.remote-centre]]\nframe = "tool"\njoints = "elbow"',
+            "remote-centre: joints is 'elbow'",
+        ),
+        (
+            '[[validate.tool-axis]]\nframe = "tool"\njoints = ["a"]\naxis = 3',
+            "tool-axis: axis is 3",
+        ),
+        (
+            '[[validate.tool-axis]]\nframe = "tool"\njoints = ["a"]\naxis = [0, 0, 0]',
+            "tool-axis: axis is 0 0 0",
+        ),
+        ('[[validate.loop]]\nfirst = 1\nsecond = "b"', "loop: first is 1"),
+        (
+            '[[validate.loop]]\nfirst = "a"\nsecond = "b"\ntolerance = nan',
+            "loop: tolerance is nan",
+        ),
+    ],
+)
+def test_wrong_values_in_settings_name_file_and_key(validate, two_folders, text, words):
+    (two_folders / "calm" / "borecheck.toml").write_text(text)
+    status, out, err = validate("calm", run=True)
+    assert (status, out) == (2, "")
+    (line,) = err.splitlines()
+    assert "borecheck.toml" in line
+    assert words in line
+
+
+def test_numbers_for_xacro_arguments_in_settings(validate, two_folders):
+    (two_folders / "calm" / "a.urdf").unlink()
+    (two_folders / "calm" / "a.urdf.xacro").write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:arg name="n" default="a"/><link name="l$(arg n)"/></robot>'
+    )
+    settings = two_folders / "calm" / "borecheck.toml"
+    settings.write_text('[validate]\narg = {n = 3}\nframe = ["l3"]\n')
+    assert validate("calm")[0] == 0
+
+
+def test_the_function_refuses_what_is_no_count():
+    import borecheck
+    from borecheck.errors import UsageError
+    from borecheck.validation.options import RemoteCentre
+
+    for words in ({"seed": -1}, {"samples": -1}, {"self_contact": 0.5}):
+        with pytest.raises(UsageError, match="not a whole number"):
+            borecheck.validate(ARM, **words)
+    with pytest.raises(UsageError, match="three numbers"):
+        RemoteCentre("tool", ("a",), point=(0.0, 0.0))

@@ -22,7 +22,7 @@ from borecheck.validation.config import (
     settings_in,
 )
 from borecheck.validation.findings import Finding, Severity
-from borecheck.validation.options import PROFILES
+from borecheck.validation.options import PROFILES, check_count
 from borecheck.validation.registry import all_checks
 from borecheck.validation.run import check_file, validate_text
 
@@ -143,6 +143,9 @@ def _baselines(
 
 def _given(args: argparse.Namespace) -> dict[str, Any]:
     """What the command line says, as fields of `Options`; None where it is silent."""
+    for name in ("samples", "seed", "self_contact", "jobs"):
+        if getattr(args, name) is not None:
+            check_count(f"--{name.replace('_', '-')}", getattr(args, name))
     return {
         "profile": args.profile,
         "arguments": _pairs(args.arg or []),

@@ -7,13 +7,20 @@ for what is too long for a command line: `remote-centre`, `tool-axis`, `loop` an
 
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from borecheck.errors import InputError, UnknownNameError
+from borecheck.errors import InputError, UnknownNameError, UsageError
 from borecheck.validation.codes import codes_of
-from borecheck.validation.options import PROFILES, Loop, Options, RemoteCentre, ToolAxis
+from borecheck.validation.options import (
+    PROFILES,
+    Loop,
+    Options,
+    RemoteCentre,
+    ToolAxis,
+    check_count,
+)
 
 FILES = ("borecheck.toml", "pyproject.toml")
 FAIL_ON = ("error", "warning", "info", "never")
@@ -160,8 +167,13 @@ def _record(kind: type, entry: object, key: str, path: Path) -> Any:
     values = {k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()}
     try:
         return kind(**values)
-    except TypeError as error:
+    except UsageError as error:
         raise InputError(path, f"{key}: {error}") from error
+    except TypeError as error:
+        missing = [
+            f.name for f in fields(kind) if f.default is MISSING and f.name not in entry
+        ]
+        raise InputError(path, f"{key} lacks {', '.join(missing)}") from error
 
 
 def _codes(key: str, value: object, path: Path) -> tuple[str, ...]:
@@ -184,6 +196,13 @@ def _checked(key: str, value: Any, path: Path) -> Any:
     is_wrong = type(value) is not kinds[key]
     if is_wrong:
         raise InputError(path, f"{key} = {value!r} is no {kinds[key].__name__}")
+    if key == "arg":
+        return {name: _argument(name, given, path) for name, given in value.items()}
+    if key in _NUMBERS:
+        try:
+            check_count(key, value)
+        except UsageError as error:
+            raise InputError(path, str(error)) from error
     if key in ("select", "ignore"):
         return _codes(key, value, path)
     if key in _LISTS and not all(isinstance(entry, str) for entry in value):
@@ -196,3 +215,10 @@ def _checked(key: str, value: Any, path: Path) -> Any:
     if key in ("srdf", "reference", "baseline"):
         return str(path.parent / value)
     return value
+
+
+def _argument(name: str, value: object, path: Path) -> str:
+    """A xacro argument as the text it would be on the command line."""
+    if not isinstance(value, str | int | float):
+        raise InputError(path, f"arg {name} = {value!r} is no word or number")
+    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -1,11 +1,13 @@
 """What a validation is asked to do."""
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
-from borecheck.errors import UnknownNameError
+from borecheck.errors import UnknownNameError, UsageError
 
 PROFILES = ("kinematics", "collision", "dynamics")
 
@@ -26,6 +28,9 @@ class RemoteCentre:
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
     tolerance: float = 1e-4
 
+    def __post_init__(self) -> None:
+        _check_declared(self, ("frame",), ("point",))
+
 
 @dataclass(frozen=True)
 class ToolAxis:
@@ -38,6 +43,12 @@ class ToolAxis:
     base: str | None = None
     tolerance: float = 1e-4
 
+    def __post_init__(self) -> None:
+        words = ("frame",) if self.base is None else ("frame", "base")
+        _check_declared(self, words, ("axis", "through"))
+        if not any(self.axis):
+            raise UsageError("axis is 0 0 0")
+
 
 @dataclass(frozen=True)
 class Loop:
@@ -46,6 +57,44 @@ class Loop:
     first: str
     second: str
     tolerance: float = 1e-6
+
+    def __post_init__(self) -> None:
+        _check_declared(self, ("first", "second"), ())
+
+
+def _check_declared(
+    declared: Any, words: Sequence[str], vectors: Sequence[str]
+) -> None:
+    """Whether the fields are what they are said to be; each error names its field."""
+    for name in words:
+        value = getattr(declared, name)
+        if not isinstance(value, str):
+            raise UsageError(f"{name} is {value!r}, not the name of a link")
+    for name in vectors:
+        value = getattr(declared, name)
+        if len(_items(value)) != 3 or len(_numbers(value)) != 3:
+            raise UsageError(f"{name} is {_shown(value)}, not three numbers")
+    joints = getattr(declared, "joints", ())
+    if isinstance(joints, str) or not all(isinstance(j, str) for j in _items(joints)):
+        raise UsageError(f"joints is {_shown(joints)}, not a list of names")
+    if not any(number >= 0.0 for number in _numbers((declared.tolerance,))):
+        raise UsageError(f"tolerance is {declared.tolerance!r}, not a length in m")
+
+
+def _items(value: Any) -> tuple[Any, ...]:
+    """What is in a list, tuple or array; what is none of them is wrong by itself."""
+    is_one = isinstance(value, str) or not hasattr(value, "__len__")
+    return (None,) if is_one else tuple(value)
+
+
+def _numbers(values: Any) -> list[float]:
+    """The finite numbers in a list."""
+    found = [v for v in _items(values) if isinstance(v, Real)]
+    return [float(v) for v in found if math.isfinite(v)]
+
+
+def _shown(value: Any) -> str:
+    return str(list(value)) if isinstance(value, tuple) else repr(value)
 
 
 @dataclass(frozen=True)
@@ -102,9 +151,22 @@ class Options:
     def __post_init__(self) -> None:
         if self.profile not in PROFILES:
             raise UnknownNameError("profile", self.profile, PROFILES)
+        for name in ("samples", "seed", "self_contact"):
+            check_count(name, getattr(self, name))
 
     def wants(self, code: str) -> bool:
         """Whether findings of this code are to be reported."""
         if self.ignore and code.startswith(self.ignore):
             return False
         return not self.select or code.startswith(self.select)
+
+
+def check_count(name: str, value: object) -> None:
+    """Whether a number counts something.
+
+    Raises:
+        UsageError: It is no whole number, or below 0.
+    """
+    is_number = isinstance(value, Integral) and not isinstance(value, bool)
+    if not (is_number and int(value) >= 0):  # type: ignore[call-overload]
+        raise UsageError(f"{name} is {value!r}, not a whole number from 0 on")
