@@ -8,6 +8,7 @@ from borecheck.validation.registry import Hit, check
 
 DEGREES_FROM = 2.0 * math.pi * 1.01  # more than a turn, with room for 6.3
 MOST_QUARTERS = 40.5  # ten turns either way
+ROUNDED = 0.005  # quarter turns: 9.42 is meant as three times pi
 UNLIMITED_FROM = 1e4  # 1e9 or 1e16 stands for "no limit", not for degrees
 FAST = 1000.0  # [rad/s] or [m/s]: no joint of a robot turns 10,000 rpm
 LONG_STROKE_M = 10.0
@@ -107,9 +108,12 @@ def limit_in_degrees(robot: Robot) -> Iterator[Hit]:
 
 
 def _is_turns(angle: float) -> bool:
-    """Whether it is some quarter turns in radians, as no number of degrees is."""
-    quarters = angle / (0.5 * math.pi)
-    return abs(quarters) < MOST_QUARTERS and abs(quarters - round(quarters)) < 1e-4
+    """Whether it is some quarter turns in radians, or uneven and two turns at most."""
+    if angle == round(angle):
+        return False  # as people write degrees
+    quarters = abs(angle) / (0.5 * math.pi)
+    is_even = abs(quarters - round(quarters)) < ROUNDED and quarters < MOST_QUARTERS
+    return is_even or quarters < 8.0
 
 
 @check("J310", "zero-outside-limits", "joints", "WWW")
