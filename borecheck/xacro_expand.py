@@ -14,8 +14,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from borecheck import package_paths
+from borecheck import package_paths, xacro_limits
 from borecheck.errors import UrdfError
+from borecheck.xacro_limits import (
+    TimeUpError,
+    bounded_memory,
+    bounded_time,
+    limited_range,
+)
 
 MAX_FILE_BYTES = 20_000_000  # one xacro file; the largest public ones are below 1 MB
 MAX_MACRO_CALLS = 100_000  # a doubling macro bomb passes this in a second
@@ -96,9 +102,7 @@ def expand(
     run = _Run(tuple(package_paths))
     noise = io.StringIO()
     with _LOCK, redirect_stderr(noise):
-        document, values = _process(Path(path), given, run)
-    places = tuple(_collect_places(document.documentElement, run))
-    text = _serialised(document)
+        text, places, values = _process(Path(path), given, run)
     return Expanded(
         text=text,
         arguments={name: values[name] for name in run.declared if name in values},
@@ -116,7 +120,8 @@ def expand(
 
 def _process(
     path: Path, given: dict[str, str], run: _Run
-) -> tuple[Any, dict[str, str]]:
+) -> tuple[str, tuple[tuple[Path, int], ...], dict[str, str]]:
+    """Text, places and the values of all arguments."""
     import xml.parsers.expat
 
     import xacro
@@ -124,11 +129,17 @@ def _process(
     values = dict(given)
     with _patched(xacro, run):
         try:
-            xacro.init_stacks(str(path))
-            document = xacro.parse(None, str(path))
-            xacro.process_doc(document, mappings=values, verbosity=0)
+            with bounded_memory(), bounded_time():
+                xacro.init_stacks(str(path))
+                document = xacro.parse(None, str(path))
+                xacro.process_doc(document, mappings=values, verbosity=0)
+                places = tuple(_collect_places(document.documentElement, run))
+                return _serialised(document), places, values
         except UrdfError:
             raise
+        except TimeUpError as error:
+            problem = f"the expansion takes longer than {xacro_limits.MAX_SECONDS:g} s"
+            raise _error(path, run, problem) from error
         except xml.parsers.expat.ExpatError as error:
             file = run.files[-1] if run.files else path
             problem = f"not well-formed XML: {error}"
@@ -139,7 +150,6 @@ def _process(
             raise _error(path, run, _reason(error)) from error
         finally:
             xacro.filestack = None
-    return document, values
 
 
 def _error(path: Path, run: _Run, problem: str) -> UrdfError:
@@ -155,6 +165,9 @@ def _reason(error: BaseException) -> str:
         inner = inner.exc  # type: ignore[attr-defined]
     if type(inner).__name__ == "ArgException":
         return f"argument {str(inner)!r} has no value: declare it or give --arg"
+    if isinstance(inner, MemoryError):
+        most = xacro_limits.MAX_MEMORY_BYTES // 10**6
+        return f"the expansion needs more than {most} MB of memory"
     if isinstance(inner, _PackageNotFoundError):
         return str(inner)
     return " ".join(str(error).split()) or type(error).__name__
@@ -179,16 +192,25 @@ def _patched(xacro: ModuleType, run: _Run) -> Iterator[None]:
     changes.append((xacro, "handle_macro_call", _calling(run, xacro.handle_macro_call)))
     changes.append((xacro, "eval_all", _visiting(run, xacro.eval_all)))
     before = [(owner, name, getattr(owner, name)) for owner, name, _ in changes]
-    find_before = substitution_args._eval_dict["find"]
+    entries = [
+        (substitution_args._eval_dict, "find", find),
+        *(
+            (symbols, "range", limited_range(symbols["range"]))
+            for symbols in (xacro._global_symbols, xacro._global_symbols["python"])
+        ),
+    ]
+    entries_before = [(owner, name, owner[name]) for owner, name, _ in entries]
     try:
         for owner, name, value in changes:
             setattr(owner, name, value)
-        substitution_args._eval_dict["find"] = find
+        for owner, name, value in entries:
+            owner[name] = value
         yield
     finally:
         for owner, name, value in before:
             setattr(owner, name, value)
-        substitution_args._eval_dict["find"] = find_before
+        for owner, name, value in entries_before:
+            owner[name] = value
 
 
 def _find(package: str, run: _Run) -> str:

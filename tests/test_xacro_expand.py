@@ -79,6 +79,8 @@ def test_packages_are_found_over_given_roots(main, tmp_path_factory):
         ('size="1"', 'sice="1"', "line 9: xacro: Invalid parameter"),
         ("rod.xacro", "rud.xacro", "line 5.*no such file"),
         ("2 * 0.1", "10**10**10", "exponent"),
+        ("2 * 0.1", "[0 for i in range(10**10)][0]", "line 7.*range.*longer than"),
+        ("2 * 0.1", "python.sum(python.range(10**30))", "line 7.*range.*longer than"),
     ],
 )
 def test_mistakes_are_told_with_their_line(main, old, new, words):
@@ -135,3 +137,43 @@ def test_the_xacro_package_is_left_as_it_was(main):
     with pytest.raises(UrdfError):
         expand(main.parent / "none.xacro")
     assert (xacro.parse, xacro.eval_all, substitution_args._eval_find) == before
+
+
+def test_memory_bombs_end(main):
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    for bomb in ("([0] * 10**10)[0]", "len('x' * 10**11)"):
+        main.write_text(MAIN.replace("2 * 0.1", bomb))
+        with pytest.raises(UrdfError, match=r"line 7: xacro: .*more than 1000 MB"):
+            expand(main)
+        assert resource.getrlimit(resource.RLIMIT_AS) == before
+    main.write_text(MAIN.replace("2 * 0.1", "len([0] * 10**6)"))
+    assert "1000000" in expand(main).text
+
+
+def test_time_bombs_end(main, monkeypatch):
+    import signal
+
+    from borecheck import xacro_limits
+
+    monkeypatch.setattr(xacro_limits, "MAX_SECONDS", 0.3)
+    before = signal.getsignal(signal.SIGALRM)
+    loop = "[0 for i in range(10**6) for j in range(10**6) if 0]"
+    main.write_text(MAIN.replace("2 * 0.1", loop))
+    with pytest.raises(UrdfError, match=r"line 7: xacro: .*longer than 0\.3 s"):
+        expand(main)
+    assert signal.getsignal(signal.SIGALRM) == before
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+def test_another_thread_expands_without_a_timer(main):
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(expand, main).result().text == expand(main).text
+
+
+def test_ranges_of_any_form_still_count(main):
+    main.write_text(MAIN.replace("2 * 0.1", "len(list(range(2, 8, 2)))"))
+    assert 'radius="3"' in expand(main).text
