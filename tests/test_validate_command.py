@@ -489,3 +489,63 @@ def test_the_function_refuses_what_is_no_count():
             borecheck.validate(ARM, **words)
     with pytest.raises(UsageError, match="three numbers"):
         RemoteCentre("tool", ("a",), point=(0.0, 0.0))
+
+
+OUTPUTS = ["--out", "--report", "--resume", "--write-baseline", "--write-srdf"]
+
+
+@pytest.mark.parametrize("option", OUTPUTS)
+def test_what_cannot_be_written_is_refused_before_the_run(
+    validate, tmp_path, monkeypatch, option
+):
+    def never(*_):
+        raise AssertionError("checked all the same")
+
+    monkeypatch.setattr("borecheck.validation.command.check_one", never)
+    monkeypatch.setattr("borecheck.validation.srdf_proposal.load_file", never)
+    more = ("--self-contact", "5") if option == "--write-srdf" else ()
+    (tmp_path / "file").write_text("")
+    for name, words in (
+        ("none/x", "no folder"),
+        ("file/x", "no folder"),
+        (".", "Is a directory"),
+    ):
+        status, out, err = validate(ARM, option, name, *more)
+        assert (status, out) == (2, "")
+        (line,) = err.splitlines()
+        assert f"{name}: cannot be written: {words}" in line
+    monkeypatch.setattr("os.access", lambda *_, **__: False)
+    (line,) = validate(ARM, option, "file", *more)[2].splitlines()
+    assert line.endswith("file: cannot be written: Permission denied")
+    assert (tmp_path / "file").read_text() == ""
+
+
+def test_fix_writes_all_or_nothing(validate, tmp_path, monkeypatch):
+    from borecheck.validation import writing
+
+    bad = corpus.FOLDER / "G519-mesh-inverted" / "inverted.bad.urdf"
+    shutil.copytree(corpus.FOLDER / "meshes", tmp_path / "meshes")
+    (tmp_path / "x").mkdir()
+    for name in ("a.urdf", "b.urdf"):
+        shutil.copy(bad, tmp_path / "x" / name)
+    (tmp_path / "x" / "b.urdf").chmod(0o640)
+    before = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
+    original = writing._check_change
+
+    def read_only(path):  # as for a user who is not root
+        if path.name == "b.urdf":
+            raise PermissionError(13, "Permission denied", str(path))
+        original(path)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(writing, "_check_change", read_only)
+        status, _, err = validate("x", "--fix", "--write")
+    assert status == 2
+    (line,) = err.splitlines()
+    assert line.endswith("b.urdf: cannot be written: Permission denied")
+    assert {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()} == before
+    assert validate("x", "--fix", "--write")[0] == 0
+    changed = {p for p in tmp_path.rglob("*") if p.is_file()} - set(before)
+    assert [p.name for p in changed] == ["box_inverted_turned.stl"]
+    assert (tmp_path / "x" / "b.urdf").stat().st_mode & 0o777 == 0o640
+    assert validate("x")[1].strip() == "2 files: no findings"

@@ -7,6 +7,7 @@ from pathlib import Path, PurePath
 
 from borecheck.errors import InputError
 from borecheck.validation.findings import Finding
+from borecheck.validation.writing import write_text
 
 
 def fingerprint(finding: Finding) -> str:
@@ -19,7 +20,7 @@ def write_baseline(path: Path, findings: Iterable[Finding]) -> None:
     """Writes the findings there are as known ones."""
     counts = Counter(fingerprint(finding) for finding in findings)
     document = {"borecheck_baseline": 1, "findings": dict(sorted(counts.items()))}
-    path.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(document, indent=2) + "\n")
 
 
 def read_baseline(path: Path) -> Counter[str]:

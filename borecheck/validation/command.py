@@ -25,6 +25,7 @@ from borecheck.validation.findings import Finding, Severity
 from borecheck.validation.options import PROFILES, check_count
 from borecheck.validation.registry import all_checks
 from borecheck.validation.run import check_file, validate_text
+from borecheck.validation.writing import check_writable, write_text
 
 CLEAN, FINDINGS, COULD_NOT_RUN = 0, 1, 2
 FORMATS = ("text", "json", "sarif", "junit", "markdown", "html")
@@ -105,6 +106,9 @@ def run(args: argparse.Namespace) -> int:
 
         return fix_files(options, write=args.write)
     known = _baselines(args, settings)
+    for name in ("out", "report", "resume", "write_baseline", "write_srdf"):
+        if getattr(args, name) is not None:
+            check_writable(getattr(args, name))
     if args.write_srdf is not None:
         from borecheck.validation.srdf_proposal import write_proposal
 
@@ -258,10 +262,10 @@ def _write(
     if to_screen:
         sys.stdout.write(text)
     else:
-        args.out.write_text(text, encoding="utf-8")
+        write_text(args.out, text)
     if args.report is not None:
         page = render("html", results, profile, args, False, fail_on)
-        args.report.write_text(page, encoding="utf-8")
+        write_text(args.report, page)
 
 
 def render(

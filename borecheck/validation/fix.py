@@ -10,8 +10,9 @@ import difflib
 import math
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
@@ -26,6 +27,7 @@ from borecheck.validation.options import Options
 from borecheck.validation.schema import SCHEMA
 from borecheck.validation.spelling import nearest
 from borecheck.validation.suppress import Suppression
+from borecheck.validation.writing import write_together
 
 DONE, COULD_NOT = 0, 2
 
@@ -45,11 +47,19 @@ class Edit:
 
 
 def fix_files(files: Mapping[str, Options], *, write: bool) -> int:
-    """Shows the diffs of all files, and writes them if told to; the exit status."""
-    status = DONE
-    for file, options in files.items():
+    """Shows the diffs of all files, and writes them if told to; the exit status.
+
+    Raises:
+        UsageError: A file that is no plain URDF, or a turned mesh that exists already.
+        InputError: A file that cannot be written; then none is.
+    """
+    for file in files:
         if file == "-" or file.endswith(".xacro"):
             raise UsageError(f"{file}: --fix changes plain URDF files only")
+    status = DONE
+    writers: dict[Path, Callable[[Path], object]] = {}
+    texts: dict[Path, Callable[[Path], object]] = {}
+    for file, options in files.items():
         path = Path(file)
         robot, suppressions = load_file(path, options)
         if isinstance(robot, Finding):
@@ -57,10 +67,14 @@ def fix_files(files: Mapping[str, Options], *, write: bool) -> int:
             status = COULD_NOT
             continue
         edits = [e for e in edits_of(robot) if not _is_silent(robot, e, suppressions)]
-        after = fixed_text(path.read_bytes(), robot, edits)
+        before = path.read_bytes()
+        after = fixed_text(before, robot, edits)
         sys.stdout.write(diff(path, after))
-        if write and edits:
-            _write(path, after, edits)
+        if after != before:
+            texts[path] = partial(Path.write_bytes, data=after)
+            writers |= _meshes(edits)
+    if write:
+        write_together(writers | texts)
     return status
 
 
@@ -158,19 +172,15 @@ def _renamed(shape: DraftShape, target: Path) -> str:
     return f"{folder}{slash}{target.name}"
 
 
-def _write(path: Path, after: bytes, edits: Sequence[Edit]) -> None:
+def _meshes(edits: Sequence[Edit]) -> dict[Path, Callable[[Path], object]]:
+    """The turned meshes, by the file that is to be made."""
     from borecheck.mesh_file import write_stl
 
-    written: set[Path] = set()
-    for edit in edits:
-        if edit.mesh is None or edit.mesh[0] in written:
-            continue
-        target, mesh = edit.mesh
+    meshes = dict(edit.mesh for edit in edits if edit.mesh is not None)
+    for target in meshes:
         if target.exists():
             raise UsageError(f"{target} exists already; nothing was overwritten")
-        write_stl(target, mesh)
-        written.add(target)
-    path.write_bytes(after)
+    return {target: partial(write_stl, mesh=mesh) for target, mesh in meshes.items()}
 
 
 def _tag_starts(raw: bytes) -> list[int]:

@@ -17,6 +17,7 @@ from borecheck.errors import BorecheckError, InputError, UsageError
 from borecheck.validation.as_json import to_record
 from borecheck.validation.findings import Finding, Severity
 from borecheck.validation.options import Options
+from borecheck.validation.writing import telling
 
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
@@ -234,7 +235,7 @@ def _hash(file: str) -> str:
 def _keep(path: Path, file: str, key: str, findings: list[Finding]) -> None:
     record = {"file": file, "sha256": _hash(file), "key": key}
     line = json.dumps({**record, "findings": [to_record(f) for f in findings]})
-    with path.open("a", encoding="utf-8") as stream:
+    with telling(path), path.open("a", encoding="utf-8") as stream:
         stream.write(line + "\n")
 
 
