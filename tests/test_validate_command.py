@@ -1,6 +1,7 @@
 """`borecheck validate` as it is called: options, files, exit status."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -549,3 +550,67 @@ def test_fix_writes_all_or_nothing(validate, tmp_path, monkeypatch):
     assert [p.name for p in changed] == ["box_inverted_turned.stl"]
     assert (tmp_path / "x" / "b.urdf").stat().st_mode & 0o777 == 0o640
     assert validate("x")[1].strip() == "2 files: no findings"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--write",), "--write goes with --fix"),
+        (("--package-path", "none"), "--package-path 'none' is no folder"),
+        (("--select", ""), "--select: '' is no check"),
+        (("--ignore", " , "), "--ignore: '' is no check"),
+        (("--fix", "--format", "text"), "--format does not go with it"),
+        (("--fix", "--out", "x"), "--out does not go with it"),
+        (("--fix", "--report", "x"), "--report does not go with it"),
+    ],
+)
+def test_nonsense_is_refused_in_one_line(validate, words, said):
+    status, out, err = validate(ARM, *words)
+    assert (status, out) == (2, "")
+    (line,) = err.splitlines()
+    assert said in line
+
+
+@pytest.fixture
+def locked(tmp_path, monkeypatch):
+    """A folder that cannot be read, as for a user who is not root."""
+    (tmp_path / "all" / "locked").mkdir(parents=True)
+    scandir = os.scandir
+
+    def guarded(path="."):
+        if Path(os.fspath(path)).name == "locked":
+            raise PermissionError(13, "Permission denied", str(path))
+        return scandir(path)
+
+    monkeypatch.setattr(os, "scandir", guarded)
+    return tmp_path / "all" / "locked"
+
+
+def test_a_folder_that_cannot_be_read_is_told_and_the_others_are_checked(
+    validate, locked
+):
+    for word in (locked, locked.parent, f"{locked}/*.urdf"):
+        status, out, err = validate(word)
+        assert (status, err) == (2, "")
+        assert "locked: error: D101: cannot be read: Permission denied" in out.replace(
+            ":1:", ":"
+        )
+    shutil.copy(ARM, locked.parent)
+    shutil.copytree(corpus.FOLDER / "meshes", locked.parents[1] / "meshes")
+    for words in ((locked.parent,), (locked, locked.parent / "arm.urdf")):
+        status, out, _ = validate(*words, "--format", "json", "--select", "J3")
+        assert status == 1
+        files = {
+            Path(e["file"]).name: [f["code"] for f in e["findings"]]
+            for e in json.loads(out)["files"]
+        }
+        assert files == {"locked": ["D101"], "arm.urdf": []}
+
+
+def test_a_pattern_that_matches_nothing_is_one_line(validate):
+    assert "matches no file" in validate("none*.urdf")[2]
+
+
+def test_markdown_counts_as_text_does(validate):
+    head = validate(ZERO, "--format", "markdown")[1].splitlines()[2]
+    assert head == "1 file: 1 error, 0 warnings, 0 info"

@@ -3,16 +3,13 @@
 import re
 from collections.abc import Sequence
 
-from borecheck.validation.as_text import count_by_severity
+from borecheck.validation.as_text import summary
 from borecheck.validation.findings import Finding
 
 
 def as_markdown(results: Sequence[tuple[str, Sequence[Finding]]]) -> str:
     """The whole result as Markdown."""
-    found = [finding for _, findings in results for finding in findings]
-    counts = count_by_severity(found)
-    summary = ", ".join(f"{count} {name}" for name, count in counts.items())
-    lines = ["# borecheck validate", "", f"{len(results)} files: {summary}", ""]
+    lines = ["# borecheck validate", "", summary(results), ""]
     for file, findings in results:
         lines += [f"## {_plain(file)}", ""]
         if not findings:

@@ -39,7 +39,7 @@ def as_text(
         for _, findings in results
         for finding in findings
     ]
-    return "".join(block + "\n" for block in [*blocks, _summary(results)])
+    return "".join(block + "\n" for block in [*blocks, summary(results)])
 
 
 def _block(
@@ -75,7 +75,8 @@ def _told(finding: Finding) -> list[str]:
     return lines
 
 
-def _summary(results: Sequence[tuple[str, Sequence[Finding]]]) -> str:
+def summary(results: Sequence[tuple[str, Sequence[Finding]]]) -> str:
+    """How many files and findings, in one line."""
     found = [finding for _, findings in results for finding in findings]
     files = f"{len(results)} file{'' if len(results) == 1 else 's'}"
     counts = ", ".join(

@@ -24,7 +24,7 @@ from borecheck.validation.config import (
 from borecheck.validation.findings import Finding, Severity
 from borecheck.validation.options import PROFILES, check_count
 from borecheck.validation.registry import all_checks
-from borecheck.validation.run import check_file, validate_text
+from borecheck.validation.run import check_file, not_read, validate_text
 from borecheck.validation.writing import check_writable, write_text
 
 CLEAN, FINDINGS, COULD_NOT_RUN = 0, 1, 2
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--select", action="append", metavar="CODES", help="report only these")
     add("--ignore", action="append", metavar="CODES", help="leave these out")
     add("--fail-on", choices=FAIL_ON, help="exit 1 from this severity on (error)")
-    add("--format", choices=FORMATS, default="text", help="of the result (text)")
+    add("--format", choices=FORMATS, help="of the result (text)")
     add("--out", metavar="FILE", type=Path, help="write the result here")
     add("--report", metavar="FILE", type=Path, help="write an HTML page as well")
     add("--brief", action="store_true", help="one line per finding")
@@ -96,6 +96,7 @@ def run(args: argparse.Namespace) -> int:
         return CLEAN
     if not args.files:
         raise UsageError("no file given; name URDF or xacro files, folders or -")
+    _refuse_nonsense(args)
     files, given = many.expand_files(args.files), _given(args)
     _remembered.cache_clear()  # files may have changed since another run
     _named.cache_clear()
@@ -124,6 +125,19 @@ def run(args: argparse.Namespace) -> int:
     fail_on = {f: _fail_on(args, found) for f, found in settings.items()}
     _write(args, results, options[files[0]].profile, fail_on)
     return _status(results, fail_on)
+
+
+def _refuse_nonsense(args: argparse.Namespace) -> None:
+    """Options that would have no effect, or not the one that was meant."""
+    if args.write and not args.fix:
+        raise UsageError("--write goes with --fix")
+    for name in ("format", "out", "report", "resume", "write_baseline", "write_srdf"):
+        if args.fix and getattr(args, name) is not None:
+            option = f"--{name.replace('_', '-')}"
+            raise UsageError(f"--fix shows a diff: {option} does not go with it")
+    for folder in args.package_path or ():
+        if not Path(folder).is_dir():
+            raise UsageError(f"--package-path {folder!r} is no folder")
 
 
 def _baselines(
@@ -248,6 +262,9 @@ def check_one(
     options = options_with(settings, given)
     if file == "-":
         found = validate_text(sys.stdin.buffer.read(), "<stdin>", options)
+    elif os.path.isdir(file):  # noqa: PTH112  False where it may not be asked
+        problem = many.why_unreadable(Path(file)) or "is a directory, not a URDF file"
+        found = [not_read(Path(file), problem, options)]
     else:
         found = check_file(Path(file), options)
     return many.without_ignored(found, file, settings.per_file_ignore.items())
@@ -258,7 +275,7 @@ def _write(
 ) -> None:
     to_screen = args.out is None
     colour = to_screen and wants_colour(sys.stdout)
-    text = render(args.format, results, profile, args, colour, fail_on)
+    text = render(args.format or "text", results, profile, args, colour, fail_on)
     if to_screen:
         sys.stdout.write(text)
     else:

@@ -5,6 +5,7 @@ for what is too long for a command line: `remote-centre`, `tool-axis`, `loop` an
 `per-file-ignore`.
 """
 
+import os
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields
@@ -86,7 +87,7 @@ def settings_in(folder: Path) -> Settings:
     """The settings of a file that stands in this very folder; empty without one."""
     for name in FILES:
         path = folder / name
-        if path.is_file():
+        if os.path.isfile(path):  # noqa: PTH113  False where it may not be asked
             settings = read_settings(path)
             if settings.file is not None:
                 return settings

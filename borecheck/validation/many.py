@@ -33,42 +33,66 @@ def expand_files(words: Sequence[str]) -> list[str]:
     """The files that names, folders and patterns mean, each once, in order.
 
     Folders are searched for .urdf and .urdf.xacro without following links; "-" is the
-    standard input.
+    standard input. A folder that cannot be read stands for itself, to be reported.
 
     Raises:
         UsageError: A folder or pattern that holds no such file.
     """
     found: list[str] = []
     for word in words:
-        if word == "-" or not (set(word) & set("*?[") or Path(word).is_dir()):
+        if word != "-" and _is_folder(word):
+            found += _in_folder(word)
+        elif word != "-" and set(word) & set("*?["):
+            found += _by_pattern(word)
+        else:
             found.append(word)
-            continue
-        matches = list(_in_folder(word) if Path(word).is_dir() else _by_pattern(word))
-        if not matches:
-            raise UsageError(
-                f"{word}: holds no file that ends in {' or '.join(SUFFIXES)}"
-            )
-        found += matches
     return list(dict.fromkeys(found))
 
 
-def _in_folder(word: str) -> Iterator[str]:
-    for folder, below, files in os.walk(word):
+def _is_folder(word: str) -> bool:
+    return os.path.isdir(word)  # noqa: PTH112  False, no error, if it may not be asked
+
+
+def _in_folder(word: str) -> list[str]:
+    found: list[str] = []
+
+    def note(error: OSError) -> None:
+        found.append(str(error.filename))
+
+    for folder, below, files in os.walk(word, onerror=note):
         below.sort()
         for name in sorted(files):
             if name.endswith(SUFFIXES):
-                yield str(Path(folder) / name)
+                found.append(str(Path(folder) / name))
+    if not found:
+        raise UsageError(f"{word}: holds no file that ends in {' or '.join(SUFFIXES)}")
+    return found
 
 
-def _by_pattern(word: str) -> Iterator[str]:
+def _by_pattern(word: str) -> list[str]:
     if Path(word).is_file():
-        yield word
-        return
+        return [word]
     import glob
 
-    for name in sorted(glob.glob(word, recursive=True)):  # noqa: PTH207  keeps the prefix as typed
-        if Path(name).is_file():
-            yield name
+    names = sorted(glob.glob(word, recursive=True))  # noqa: PTH207  keeps the prefix as typed
+    found = [name for name in names if Path(name).is_file()]
+    if found:
+        return found
+    folder = Path(word)
+    while set(str(folder)) & set("*?["):
+        folder = folder.parent
+    if folder.is_dir() and why_unreadable(folder) is not None:
+        return [str(folder)]
+    raise UsageError(f"{word}: matches no file")
+
+
+def why_unreadable(folder: Path) -> str | None:
+    """What the system says against looking into a folder; None if it can be read."""
+    try:
+        os.scandir(folder).close()
+    except OSError as error:
+        return f"cannot be read: {error.strerror or error}"
+    return None
 
 
 def check_many(

@@ -13,7 +13,7 @@ from borecheck.validation.draft import Robot
 from borecheck.validation.findings import Finding
 from borecheck.validation.load import Loaded, load_file, load_text
 from borecheck.validation.options import Options
-from borecheck.validation.registry import Check, Hit, all_checks
+from borecheck.validation.registry import Check, Hit, all_checks, find_check
 
 # A file with thousands of equal faults needs no thousands of lines.
 MOST_PER_CHECK = 200
@@ -77,6 +77,24 @@ def _with_codes(options: Options) -> Options:
     """The options with codes for names; a word that no check goes by is an error."""
     codes = {"select": codes_of(options.select), "ignore": codes_of(options.ignore)}
     return replace(options, **codes)  # type: ignore[arg-type]
+
+
+def not_read(path: Path, problem: str, options: Options) -> Finding:
+    """The finding about what could not be looked at: said whatever is selected."""
+    check = find_check("D101")
+    return Finding(
+        code=check.code,
+        severity=check.levels[options.profile],
+        tier=check.tier,
+        element="",
+        file=str(path),
+        line=1,
+        message=problem,
+        why=check.why,
+        hint=check.mend,
+        libraries=check.libraries,
+        name=check.name,
+    )
 
 
 def validate_text(
