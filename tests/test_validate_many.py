@@ -1,5 +1,6 @@
 """Many files in several processes: interrupted, killed, out of memory."""
 
+import io
 import json
 import os
 import shutil
@@ -123,3 +124,36 @@ def test_an_error_in_a_worker_is_told_as_it_is(start):
     assert time.monotonic() - began < 20.0
     assert process.returncode == 2
     assert err == "borecheck: error: fails.urdf: is odd\n"
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def counted(stream, monkeypatch, seconds_per_file):
+    from borecheck.validation import many
+
+    clock = iter(float(seconds_per_file * n // 2) for n in range(1000))
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    files = [f"{i}.urdf" for i in range(30)]
+    many.check_many(files, lambda _: [], jobs=1, resume=None, key=str, progress=stream)
+    return stream.getvalue()
+
+
+def test_a_log_gets_few_lines_and_no_carriage_returns(monkeypatch):
+    log = counted(io.StringIO(), monkeypatch, seconds_per_file=2)
+    lines = log.splitlines()
+    assert "\r" not in log
+    assert 1 <= len(lines) <= 6
+    assert all(line.endswith("/30 files") for line in lines)
+
+
+def test_a_short_run_leaves_nothing_in_a_log(monkeypatch):
+    assert counted(io.StringIO(), monkeypatch, seconds_per_file=0) == ""
+
+
+def test_a_terminal_sees_each_file(monkeypatch):
+    text = counted(Terminal(), monkeypatch, seconds_per_file=0)
+    assert text.count("\r") == 30
+    assert text.endswith("30/30 files\n")

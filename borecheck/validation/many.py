@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from borecheck import __version__
 from borecheck.errors import BorecheckError, InputError, UsageError
 from borecheck.validation.as_json import to_record
+from borecheck.validation.file_progress import FileProgress
 from borecheck.validation.findings import Finding, Severity
 from borecheck.validation.options import Options
 from borecheck.validation.writing import telling
@@ -116,16 +117,14 @@ def check_many(
     """
     done = _finished(resume, files, key) if resume is not None else {}
     left = [file for file in files if file not in done]
+    tell = None if progress is None else FileProgress(progress, len(left))
     with closing(_checked(left, check, jobs)) as checked:
         for count, (file, findings) in enumerate(checked, start=1):
             done[file] = findings
             if resume is not None:
                 _keep(resume, file, key(file), findings)
-            if progress is not None:
-                progress.write(f"\r{count}/{len(left)} files")
-                progress.flush()
-    if progress is not None and left:
-        progress.write("\n")
+            if tell is not None:
+                tell(count)
     return [(file, done[file]) for file in files]
 
 
