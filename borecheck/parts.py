@@ -20,6 +20,8 @@ from borecheck.urdf_tree import (
     UrdfTree,
 )
 
+AS_DRAWN = "what differs from its drawn shape (it has no <collision>)"
+
 
 @dataclass(frozen=True)
 class Part:
@@ -39,8 +41,9 @@ def collision_parts(
 ) -> tuple[Part, ...]:
     """All collision geometry, a part for each `<collision>`, in the file's order.
 
-    Round primitives are circumscribed (see `primitives`), so a part is never smaller
-    than the shape it stands for.
+    A link that is drawn and has no `<collision>` is taken as it is drawn: nothing that
+    is there is left unexamined. Round primitives are circumscribed (see `primitives`),
+    so a part is never smaller than the shape it stands for.
 
     Args:
         tree: The parsed robot.
@@ -53,12 +56,12 @@ def collision_parts(
     return tuple(
         Part(link.name, _mesh(link, index, file, package_paths))
         for link in tree.links
-        for index in range(len(link.collisions))
+        for index in range(len(link.collisions or link.visuals))
     )
 
 
 def links_without_collision(tree: UrdfTree) -> tuple[str, ...]:
-    """Links that are drawn but have no collision shape: no verdict covers them."""
+    """Links without a collision shape that are taken as they are drawn."""
     return tuple(
         link.name for link in tree.links if link.visuals and not link.collisions
     )
@@ -67,10 +70,10 @@ def links_without_collision(tree: UrdfTree) -> tuple[str, ...]:
 def _mesh(
     link: Link, index: int, file: Path | None, package_paths: Sequence[Path]
 ) -> TriangleMesh:
-    collision = link.collisions[index]
-    name = link.name if len(link.collisions) == 1 else f"{link.name}[{index}]"
-    mesh = _shape(name, collision.geometry, file, package_paths)
-    return mesh.moved(collision.origin)
+    shapes = link.collisions or link.visuals
+    name = link.name if len(shapes) == 1 else f"{link.name}[{index}]"
+    mesh = _shape(name, shapes[index].geometry, file, package_paths)
+    return mesh.moved(shapes[index].origin)
 
 
 def _shape(

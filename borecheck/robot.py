@@ -18,7 +18,12 @@ from borecheck.errors import UnknownNameError, UrdfError, UsageError
 from borecheck.expansion_store import expanded_text
 from borecheck.mesh_store import mesh_folder
 from borecheck.model import RobotModel
-from borecheck.parts import Part, collision_parts, links_without_collision
+from borecheck.parts import (
+    AS_DRAWN,
+    Part,
+    collision_parts,
+    links_without_collision,
+)
 from borecheck.se3 import check_transform, inverse
 from borecheck.xacro_expand import expand, is_xacro
 
@@ -74,7 +79,7 @@ class Robot:
         """What no verdict about this robot covers."""
         known = self.description.not_modelled if self.description else ()
         bare = links_without_collision(self.model.tree)
-        named = tuple(f"link {link} has no collision geometry" for link in bare)
+        named = tuple(f"{link}: {AS_DRAWN}" for link in bare)
         return (*known, *named, *NEVER_MODELLED)
 
     @cached_property

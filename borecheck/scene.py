@@ -19,7 +19,7 @@ from borecheck.mesh import TriangleMesh
 from borecheck.mesh_file import read_mesh_in_unit, states_unit
 from borecheck.mesh_units import GuessedUnit, guess_unit, unit_mistake
 from borecheck.model import RobotModel
-from borecheck.parts import collision_parts, links_without_collision
+from borecheck.parts import AS_DRAWN, collision_parts, links_without_collision
 from borecheck.placing import place_mesh
 from borecheck.robot import build_installed, complete_arguments, exists, read_urdf
 from borecheck.units import LENGTH_UNITS, parse_joint_value, parse_pose
@@ -220,7 +220,7 @@ def _load_installed(name: str, level: str, given: Mapping[str, str]) -> Scene:
     bare = links_without_collision(model.tree)
     not_modelled = (
         *description.not_modelled,
-        *(f"{link} of {name} has no collision geometry" for link in bare),
+        *(f"{link} of {name}: {AS_DRAWN}" for link in bare),
     )
     return Scene(name, description, values, level, obstacles, points, not_modelled, ())
 
@@ -340,5 +340,5 @@ def _urdf_obstacles(
         at = ", ".join(f"{n}={v:g}" for n, v in zip(model.joint_names, q, strict=True))
         warnings = (*warnings, f"{path}: an obstacle that stands at {at}")
     bare = links_without_collision(model.tree)
-    named = tuple(f"link {link} of {path} has no collision geometry" for link in bare)
+    named = tuple(f"{link} of {path}: {AS_DRAWN}" for link in bare)
     return FileObstacles(obstacles, warnings, named)

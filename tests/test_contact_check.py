@@ -233,7 +233,7 @@ def test_every_link_has_its_own_clearance(arm):
     )
 
 
-def test_what_is_not_modelled_is_listed(tmp_path):
+def test_a_drawn_link_without_collision_geometry_is_checked_as_drawn(tmp_path):
     text = (ROBOTS / "two_link.urdf").read_text()
     visual = "<visual><geometry><box size='1 1 1'/></geometry></visual>"
     cover = f"<link name='cover'>{visual}</link>"
@@ -242,8 +242,12 @@ def test_what_is_not_modelled_is_listed(tmp_path):
     )
     bare = tmp_path / "bare.urdf"
     bare.write_text(text.replace("</robot>", f"{cover}{fixed}</robot>"))
-    verdict = bc.check(bc.load_robot(bare), scene_of(block(0.1)), [0.0])
-    assert "link cover has no collision geometry" in verdict.not_modelled
+    scene = scene_of(block(0.1))
+    alone = bc.check(bc.load_robot(ROBOTS / "two_link.urdf"), scene, [0.0])
+    assert alone.verdict == "clear"
+    verdict = bc.check(bc.load_robot(bare), scene, [0.0])
+    assert {contact.link for contact in verdict.contacts} == {"cover"}
+    assert any(text.startswith("cover: what differs") for text in verdict.not_modelled)
 
 
 def test_a_file_moved_in_by_pose_and_unit(arm, tmp_path):

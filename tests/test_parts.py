@@ -94,7 +94,7 @@ def test_a_mirrored_mesh_keeps_its_outside_outside(tmp_path, wedge, scale):
     assert part.mesh.bounds == pytest.approx(expected, abs=FLOAT32)
 
 
-def test_drawn_links_without_a_collision_shape_are_named():
+def test_drawn_links_without_a_collision_shape_are_taken_as_drawn():
     visual = "<visual><geometry><box size='1 1 1'/></geometry></visual>"
     solid = collision("<box size='1 1 1'/>")
     joints = "".join(
@@ -107,7 +107,7 @@ def test_drawn_links_without_a_collision_shape_are_named():
     )
     tree = robot(links + joints)
     assert links_without_collision(tree) == ("b",)
-    assert [part.link for part in collision_parts(tree, None)] == ["a"]
+    assert [part.link for part in collision_parts(tree, None)] == ["a", "b"]
 
 
 def test_a_missing_mesh_says_where_it_was_looked_for(tmp_path):

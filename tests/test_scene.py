@@ -101,7 +101,7 @@ def test_a_urdf_as_obstacle_stands_at_zero_and_says_so():
     assert any("j=0" in warning for warning in scene.warnings)
 
 
-def test_links_of_a_urdf_obstacle_without_collision_shape_are_named(tmp_path):
+def test_links_of_a_urdf_obstacle_without_collision_shape_are_taken_as_drawn(tmp_path):
     shape = "<geometry><box size='1 1 1'/></geometry>"
     fixed = "<joint name='f' type='fixed'><parent link='a'/><child link='b'/></joint>"
     path = tmp_path / "stand.urdf"
@@ -110,14 +110,12 @@ def test_links_of_a_urdf_obstacle_without_collision_shape_are_named(tmp_path):
         f"<link name='b'><visual>{shape}</visual></link>{fixed}</robot>"
     )
     scene = bc.load_scene(str(path))
-    assert [o.name for o in scene.obstacles] == ["a"]
-    assert any("link b of" in phrase for phrase in scene.not_modelled)
-    drawn_only = tmp_path / "drawn.urdf"
-    drawn_only.write_text(
-        f"<robot name='s'><link name='b'><visual>{shape}</visual></link></robot>"
-    )
+    assert [o.name for o in scene.obstacles] == ["a", "b"]
+    assert any("b of" in phrase for phrase in scene.not_modelled)
+    bare = tmp_path / "bare.urdf"
+    bare.write_text("<robot name='s'><link name='b'/></robot>")
     with pytest.raises(UrdfError, match="no obstacle"):
-        bc.load_scene(str(drawn_only))
+        bc.load_scene(str(bare))
 
 
 def test_refusals(tmp_path, block):

@@ -11,7 +11,7 @@ _FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 
 def as_junit(
     results: Sequence[tuple[str, Sequence[Finding]]],
-    fail_on: Severity | None | Mapping[str, Severity | None],
+    fail_on: Severity | Mapping[str, Severity | None] | None,
 ) -> str:
     """The whole result as JUnit text.
 
