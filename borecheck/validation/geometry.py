@@ -166,8 +166,8 @@ def collision_missing(robot: Robot) -> Iterator[Hit]:
 
     Mend: Add <collision>, or name the link among those not modelled.
 
-    Libraries: MoveIt, Drake and Pinocchio check nothing there; some tools collide with
-    the visual.
+    Libraries: MoveIt, Drake and Pinocchio check nothing there; borecheck's own checks
+    and some tools take the visual.
     """
     for link in robot.links:
         if link.of_kind("collision"):
