@@ -70,7 +70,8 @@ def limited_range(original: Callable[..., Any]) -> Callable[..., Any]:
         except OverflowError:
             is_long = True
         if is_long:
-            raise ValueError(f"range{bounds} is longer than {MAX_RANGE}")
+            written = ", ".join(map(str, bounds))
+            raise ValueError(f"range({written}) is longer than {MAX_RANGE}")
         return original(*bounds)
 
     return checked
