@@ -3,8 +3,8 @@
     python -m benchmarks.validate [--robots 300]
 
 A chain of 60 links, each with a drawn mesh of 5,120 triangles and a collision mesh of
-1,280 (assumed: fine for 6 cm); wall clock of whole processes, the median of five. Then a
-folder of such robots with 10 links, in parallel, broken off half-way and resumed.
+1,280 (assumed: fine for 6 cm); wall clock of whole processes, the median of five. Then
+a folder of such robots with 10 links, in parallel, broken off half-way and resumed.
 """
 
 import argparse
