@@ -13,6 +13,7 @@ from borecheck.validation.motion import Motion, motion_of
 from borecheck.validation.registry import Hit, check
 
 SAMPLES = 12
+FEW = 4  # poses of two joints that tell a point that does not stay
 FIXED_M = 1e-6  # a point that moves less, on a robot of 1 m, was meant to stay
 MOST = 5  # discoveries reported; a humanoid has dozens of wrists and hips
 
@@ -28,13 +29,17 @@ class Fixed(NamedTuple):
 
 
 def _poses(
-    robot: Robot, motion: Motion, joints: Sequence[str], frames: Sequence[str]
+    robot: Robot,
+    motion: Motion,
+    joints: Sequence[str],
+    frames: Sequence[str],
+    samples: int = SAMPLES,
 ) -> list[dict[str, Array]]:
     """Placements while only some joints move, the others half-way in their limits."""
     rng = np.random.default_rng(robot.options.seed)
     middle = {name: 0.5 * (low + high) for name, (low, high) in motion.ranges.items()}
     poses = []
-    for _ in range(SAMPLES):
+    for _ in range(samples):
         moved = {
             name: rng.uniform(*motion.ranges[name])
             for name in joints
@@ -207,8 +212,17 @@ def _discovered(robot: Robot, motion: Motion) -> Iterator[Fixed]:
 def _fixed_point(
     robot: Robot, motion: Motion, frame: str, joints: tuple[str, ...]
 ) -> Fixed | None:
-    """The point of a frame that stays, by least squares: R_k p + t_k = w for all k."""
-    poses = [p[frame] for p in _poses(robot, motion, joints, [frame])]
+    """The point of a frame that stays; a few poses rule out most pairs of joints."""
+    if _solved(robot, motion, frame, joints, FEW) is None:
+        return None
+    return _solved(robot, motion, frame, joints, SAMPLES)
+
+
+def _solved(
+    robot: Robot, motion: Motion, frame: str, joints: tuple[str, ...], samples: int
+) -> Fixed | None:
+    """By least squares over so many poses: R_k p + t_k = w for all k."""
+    poses = [p[frame] for p in _poses(robot, motion, joints, [frame], samples)]
     A = np.concatenate([np.hstack([T[:3, :3], -np.eye(3)]) for T in poses])
     b = -np.concatenate([T[:3, 3] for T in poses])
     solution, _, rank, _ = np.linalg.lstsq(A, b, rcond=1e-9)
