@@ -109,6 +109,17 @@ def test_text_points_at_the_attribute():
     assert source[start : start + caret.count("^")] == 'xyz="0 0 0"'
 
 
+def test_text_points_at_an_attribute_on_another_line_of_the_tag(tmp_path):
+    path = tmp_path / "a.urdf"
+    text = (corpus.FOLDER / "J302-axis-zero" / "zero.bad.urdf").read_text()
+    path.write_text(text.replace('<axis xyz="0 0 0"/>', '<axis\n  xyz="0 0 0"\n/>'))
+    found = validate_file(path, run=False, configured=False, select=["J302"])
+    head, source, caret, *_ = as_text([(str(path), found)]).splitlines()
+    assert head.startswith(f"{path}:121: error: J302")
+    assert source.startswith("  122 | ")
+    assert source[caret.index("^") :] == 'xyz="0 0 0"'
+
+
 def test_colour_only_on_a_terminal(monkeypatch):
     class Terminal(io.StringIO):
         def isatty(self):

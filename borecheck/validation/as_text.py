@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TextIO
 
+from borecheck.urdf_source import LONGEST_TAG
 from borecheck.validation.findings import Finding, Severity
 
 _COLOURS = {Severity.ERROR: "31", Severity.WARNING: "33", Severity.INFO: "36"}
@@ -133,10 +134,10 @@ def _line_of(lines: list[str], at: int, finding: Finding) -> int:
     if finding.attribute is None:
         return at
     pattern = re.compile(rf"\b{re.escape(finding.attribute)}\s*=")
-    for candidate in range(at, max(-1, at - 12), -1):
+    for candidate in range(at, min(at + LONGEST_TAG, len(lines))):
         if pattern.search(lines[candidate]):
             return candidate
-        if "<" in lines[candidate]:
+        if ">" in lines[candidate]:
             break
     return at
 
