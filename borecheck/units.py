@@ -38,6 +38,18 @@ def parse_joint_value(text: str, *, revolute: bool) -> float:
     return parse_angle(text) if revolute else parse_length(text)
 
 
+def parse_pair(text: str, option: str) -> tuple[str, str]:
+    """Name and value of an option typed as NAME=VALUE.
+
+    Raises:
+        UsageError: No `=`, or no name.
+    """
+    name, equals, value = text.partition("=")
+    if not equals or not name:
+        raise UsageError(f"{option} {text!r} is not NAME=VALUE")
+    return name, value
+
+
 def parse_pose(text: str) -> Array:
     """A placement `x,y,z[,roll,pitch,yaw]` as a (4, 4) transform."""
     parts = text.split(",")

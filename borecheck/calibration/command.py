@@ -3,13 +3,12 @@
 import argparse
 import json
 import sys
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from borecheck.errors import InputError, UsageError
-from borecheck.units import parse_angle, parse_length
+from borecheck.units import parse_angle, parse_length, parse_pair
 
 if TYPE_CHECKING:
     from borecheck.calibration.arm_source import Subject
@@ -110,7 +109,7 @@ def _subject(args: argparse.Namespace) -> "Subject":
         if len(parts) != 3:
             raise UsageError(f"--target {args.target!r} is not X,Y,Z")
         target = tuple(map(parse_length, parts))
-    given = _pairs(args.arg)
+    given = dict(parse_pair(text, "--arg") for text in args.arg)
     return read_subject(
         args.robot, given, args.package_path, args.world, args.tip, target
     )
@@ -232,16 +231,6 @@ def _report(args: argparse.Namespace) -> None:
     _writable(args.page)
     args.page.write_text(page(document), encoding="utf-8")
     _say(f"{args.page}: residuals of {len(document['samples'])} samples")
-
-
-def _pairs(texts: list[str]) -> Mapping[str, str]:
-    found = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals or not name:
-            raise UsageError(f"--arg {text!r} is not NAME=VALUE")
-        found[name] = value
-    return found
 
 
 def _writable(*paths: Path | None) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from borecheck.description import LEVELS
 from borecheck.errors import UnknownNameError, UsageError
-from borecheck.units import parse_joint_value, parse_pose
+from borecheck.units import parse_joint_value, parse_pair, parse_pose
 
 if TYPE_CHECKING:
     import numpy as np
@@ -151,9 +151,7 @@ def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals or not name:
-            raise UsageError(f"{option} {text!r} is not NAME=VALUE")
+        name, value = parse_pair(text, option)
         if name in found:
             raise UsageError(f"{option} {name} is given twice")
         found[name] = value

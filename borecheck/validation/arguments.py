@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.errors import UnknownNameError, UsageError
+from borecheck.units import parse_pair
 from borecheck.validation.codes import codes_of
 from borecheck.validation.config import FAIL_ON
 from borecheck.validation.options import PROFILES, check_count
@@ -75,7 +76,7 @@ def given_by(args: argparse.Namespace) -> dict[str, Any]:
             check_count(f"--{name.replace('_', '-')}", getattr(args, name))
     return {
         "profile": args.profile,
-        "arguments": _pairs(args.arg or []),
+        "arguments": dict(parse_pair(text, "--arg") for text in args.arg or ()),
         "package_paths": args.package_path,
         "select": _codes("--select", args.select),
         "ignore": _codes("--ignore", args.ignore),
@@ -101,16 +102,6 @@ def _closed_form(text: str | None) -> Any:
     from borecheck.validation.references import ClosedForm
 
     return ClosedForm(text)
-
-
-def _pairs(words: Sequence[str]) -> dict[str, str]:
-    pairs = {}
-    for word in words:
-        name, mark, value = word.partition("=")
-        if not mark or not name:
-            raise UsageError(f"--arg {word!r} is not NAME=VALUE")
-        pairs[name] = value
-    return pairs
 
 
 def _codes(option: str, words: Sequence[str] | None) -> tuple[str, ...] | None:
