@@ -336,15 +336,10 @@ class _Checker:
         """During an interval a is in the corridor, or outside b and not touching it."""
         begin, end, at, displacement = (float(x) for x in row)
         where = f"{names}, {begin:.6g} to {end:.6g}"
-        placed = self._placements(self._values(at))
-        moved = self._displacement(a, b, placed, begin, end, at)
-        if not displacement >= moved - ROUNDING:
-            raise _Rejected(
-                f"{where}: moves up to {moved:.3e} m, not {displacement:.3e} m"
-            )
+        placed, moved = self._moved(a, b, (begin, end, at), displacement, where)
         T = _of(placed, a)
         needle = a.mesh.corners @ T[:3, :3].T + T[:3, 3]
-        moved = max(moved, displacement) + RESERVE
+        moved += RESERVE
         wrong = corridor.why_not(needle, moved)
         if wrong:
             raise _Rejected(f"{where}: {a.name} {wrong}")
@@ -371,13 +366,8 @@ class _Checker:
     ) -> None:
         begin, end, at, clearance, displacement = (float(x) for x in row)
         where = f"{names}, {begin:.6g} to {end:.6g}"
-        placed = self._placements(self._values(at))
-        moved = self._displacement(a, b, placed, begin, end, at)
-        if not displacement >= moved - ROUNDING:
-            raise _Rejected(
-                f"{where}: moves up to {moved:.3e} m, not {displacement:.3e} m"
-            )
-        if not clearance > max(moved, displacement) + margin + RESERVE:
+        placed, moved = self._moved(a, b, (begin, end, at), displacement, where)
+        if not clearance > moved + margin + RESERVE:
             raise _Rejected(
                 f"{where}: clearance does not exceed displacement and margin"
             )
@@ -385,6 +375,25 @@ class _Checker:
         T_b_a = np.linalg.inv(_of(placed, b)) @ T_world_a
         if nearer_than(a.mesh, b.mesh, T_b_a, clearance - ROUNDING):
             raise _Rejected(f"{where}: the surfaces are nearer than {clearance:.3e} m")
+
+    def _moved(
+        self,
+        a: _Surface,
+        b: _Surface,
+        times: tuple[float, float, float],
+        stated: float,
+        where: str,
+    ) -> tuple[list[Array], float]:
+        """Placements at the instant, and how far a moves against b about it, [m].
+
+        Times are begin, end and instant; the way is at least the stated one.
+        """
+        begin, end, at = times
+        placed = self._placements(self._values(at))
+        moved = self._displacement(a, b, placed, begin, end, at)
+        if not stated >= moved - ROUNDING:
+            raise _Rejected(f"{where}: moves up to {moved:.3e} m, not {stated:.3e} m")
+        return placed, max(moved, stated)
 
     def _displacement(
         self,
