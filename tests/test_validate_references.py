@@ -133,6 +133,18 @@ def test_an_srdf_is_proposed_and_its_names_are_sound(tmp_path, capsys):
     assert validate_file(ARM, configured=False, run=False, srdf=out) == []
 
 
+def test_the_proposal_and_the_findings_share_their_samples(tmp_path, monkeypatch):
+    from borecheck.validation import self_contact
+
+    real, asked = self_contact._contact_table, []
+    monkeypatch.setattr(
+        self_contact, "_contact_table", lambda *a: asked.append(a[1]) or real(*a)
+    )
+    words = ["validate", str(ARM), "--no-run", "--self-contact", "5"]
+    assert main([*words, "--write-srdf", str(tmp_path / "arm.srdf")]) == 0
+    assert asked == [5]
+
+
 def test_an_srdf_is_not_written_without_all_geometry(tmp_path, capsys):
     robot = tmp_path / "arm.urdf"
     robot.write_text(ARM.read_text().replace("../meshes/box.stl", "gone.stl"))

@@ -21,8 +21,10 @@ from borecheck.validation.config import (
     settings_in,
 )
 from borecheck.validation.findings import Finding, Severity
+from borecheck.validation.load import Loaded
+from borecheck.validation.options import Options
 from borecheck.validation.registry import all_checks
-from borecheck.validation.run import check_file, not_read, validate_text
+from borecheck.validation.run import check_file, findings_of, not_read, validate_text
 from borecheck.validation.writing import check_writable, write_text
 
 __all__ = ["add_arguments", "run"]
@@ -54,11 +56,15 @@ def run(args: argparse.Namespace) -> int:
     for name in ("out", "report", "resume", "write_baseline", "write_srdf"):
         if getattr(args, name) is not None:
             check_writable(getattr(args, name))
+    check: many.Check = partial(check_one, given=given, config=args.config)
     if args.write_srdf is not None:
         from borecheck.validation.srdf_proposal import write_proposal
 
-        write_proposal(files, options[files[0]], args.write_srdf)
-    results = _results(args, files, given)
+        file = files[0]
+        loaded = write_proposal(files, options[file], args.write_srdf)
+        own = {"options": options[file], "settings": settings[file]}
+        check = partial(_check_loaded, loaded=loaded, **own)
+    results = _results(args, files, given, check)
     if args.write_baseline:
         every = [finding for _, found in results for finding in found]
         baseline.write_baseline(args.write_baseline, every)
@@ -91,12 +97,15 @@ def _baselines(
 
 
 def _results(
-    args: argparse.Namespace, files: list[str], given: dict[str, Any]
+    args: argparse.Namespace,
+    files: list[str],
+    given: dict[str, Any],
+    check: many.Check,
 ) -> list[tuple[str, list[Finding]]]:
     show = len(files) > 20 or (len(files) > 3 and sys.stderr.isatty())
     return many.check_many(
         files,
-        partial(check_one, given=given, config=args.config),
+        check,
         jobs=args.jobs or os.cpu_count() or 1,
         resume=args.resume,
         key=partial(_key, given=given, config=args.config),
@@ -141,6 +150,14 @@ def check_one(
         found = [not_read(Path(file), problem, options)]
     else:
         found = check_file(Path(file), options)
+    return many.without_ignored(found, file, settings.per_file_ignore.items())
+
+
+def _check_loaded(
+    file: str, loaded: Loaded, options: Options, settings: Settings
+) -> list[Finding]:
+    """The findings of a file that was loaded before, with what is remembered in it."""
+    found = findings_of(loaded, options)
     return many.without_ignored(found, file, settings.per_file_ignore.items())
 
 

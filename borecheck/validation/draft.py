@@ -1,7 +1,7 @@
 """The robot as it stands in the file, defects and all: None is what cannot be read."""
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -323,6 +323,13 @@ class Robot:
             else:
                 length[name] = 0.0
         return max(length.values(), default=0.0)
+
+    def remembered(self, what: str, key: Hashable, make: Callable[[], Any]) -> Any:
+        """What was made for a key before, or is made now."""
+        known = self.memory.setdefault(what, {})
+        if key not in known:
+            known[key] = make()
+        return known[key]
 
     @cached_property
     def memory(self) -> dict[str, Any]:

@@ -33,10 +33,9 @@ class Extent:
 
 def link_extent(robot: Robot, link: DraftLink) -> Extent | None:
     """The box around all shapes of a link; None if one of them is not known."""
-    memory = robot.memory.setdefault("extents", {})
-    if link.element not in memory:  # two links may have one name
-        memory[link.element] = _link_extent(robot, link)
-    extent: Extent | None = memory[link.element]
+    extent: Extent | None = robot.remembered(  # two links may have one name
+        "extents", link.element, lambda: _link_extent(robot, link)
+    )
     return extent
 
 

@@ -45,10 +45,9 @@ class Coverage:
 
 def coverage_of(robot: Robot, link: DraftLink) -> Coverage | None:
     """The coverage of a link; None if a shape is missing or unknown. Remembered."""
-    known = robot.memory.setdefault("coverage", {})
-    if link.element not in known:  # two links may have one name
-        known[link.element] = _coverage(robot, link)
-    found: Coverage | None = known[link.element]
+    found: Coverage | None = robot.remembered(  # two links may have one name
+        "coverage", link.element, lambda: _coverage(robot, link)
+    )
     return found
 
 

@@ -11,24 +11,28 @@ from borecheck.validation.mesh_facts import MeshFacts, facts_of
 
 def resolution_of(robot: Robot, reference: str) -> Resolution:
     """Where a reference leads, remembered."""
-    known: dict[str, Resolution] = robot.memory.setdefault("resolutions", {})
-    if reference not in known:
-        roots = robot.options.package_paths
-        known[reference] = resolve(reference, robot.folder, roots)
-    return known[reference]
+    roots = robot.options.package_paths
+    found: Resolution = robot.remembered(
+        "resolutions", reference, lambda: resolve(reference, robot.folder, roots)
+    )
+    return found
 
 
 def read_file(robot: Robot, path: Path) -> TriangleMesh | MeshError:
     """The mesh in a file in its own unit, or why it cannot be read; remembered."""
-    known: dict[Path, TriangleMesh | MeshError] = robot.memory.setdefault("meshes", {})
-    if path not in known:
-        from borecheck.mesh_file import read_mesh
+    found: TriangleMesh | MeshError = robot.remembered(
+        "meshes", path, lambda: _read(path)
+    )
+    return found
 
-        try:
-            known[path] = read_mesh(path)
-        except MeshError as error:
-            known[path] = error
-    return known[path]
+
+def _read(path: Path) -> TriangleMesh | MeshError:
+    from borecheck.mesh_file import read_mesh
+
+    try:
+        return read_mesh(path)
+    except MeshError as error:
+        return error
 
 
 def path_of(robot: Robot, shape: DraftShape) -> Path | None:
@@ -52,7 +56,5 @@ def facts(robot: Robot, shape: DraftShape) -> MeshFacts | None:
     mesh, path = mesh_of(robot, shape), path_of(robot, shape)
     if mesh is None or path is None:
         return None
-    known: dict[Path, MeshFacts] = robot.memory.setdefault("facts", {})
-    if path not in known:
-        known[path] = facts_of(mesh)
-    return known[path]
+    found: MeshFacts = robot.remembered("facts", path, lambda: facts_of(mesh))
+    return found

@@ -88,6 +88,11 @@ class Motion:
         """Free joint positions by name."""
         return {name: float(v) for name, v in zip(self.ranges, q, strict=True)}
 
+    def sampled(self, seed: int, count: int) -> list[dict[str, float]]:
+        """Free positions by name: `configurations`, so many random ones among them."""
+        rng = np.random.default_rng(seed)
+        return [self.named(q) for q in self.configurations(rng, count)]
+
     def joints_to(self, link: str) -> list[DraftJoint]:
         """The joints from the root to a link."""
         into = {name: joint for name, joint, _ in self.steps}
@@ -100,9 +105,7 @@ class Motion:
 
 def motion_of(robot: Robot) -> Motion | None:
     """The moving tree; None if it is no tree, or numbers are missing. Remembered."""
-    if "motion" not in robot.memory:
-        robot.memory["motion"] = _motion(robot)
-    found: Motion | None = robot.memory["motion"]
+    found: Motion | None = robot.remembered("motion", None, lambda: _motion(robot))
     return found
 
 

@@ -71,7 +71,7 @@ def closed_form_disagrees(robot: Robot) -> Iterator[Hit]:
         return
     worst: dict[str, tuple[float, float, float]] = {}
     strange: set[str] = set()
-    for free in _configurations(robot, motion):
+    for free in motion.sampled(robot.options.seed, robot.options.samples):
         placed = motion.placements(motion.positions(free))
         for frame, T in closed_form(free).items():
             if frame not in placed:
@@ -179,7 +179,7 @@ def _apart(robot: Robot, motion: Motion, other: Motion) -> dict[str, float]:
     """Links that stand elsewhere relative to their parents, and how far at most."""
     worst: dict[str, float] = {}
     parents = {link: joint.parent or "" for link, joint, _ in motion.steps}
-    for free in _configurations(robot, motion):
+    for free in motion.sampled(robot.options.seed, robot.options.samples):
         placed = motion.placements(motion.positions(free))
         theirs = other.placements(other.positions(free))
         for link, parent in parents.items():
@@ -188,12 +188,6 @@ def _apart(robot: Robot, motion: Motion, other: Motion) -> dict[str, float]:
                 size, _, _ = gap(inverse(theirs[parent]) @ theirs[link], T)
                 worst[link] = max(worst.get(link, 0.0), size)
     return {link: size for link, size in worst.items() if size > TOLERANCE}
-
-
-def _configurations(robot: Robot, motion: Motion) -> Iterator[dict[str, float]]:
-    rng = np.random.default_rng(robot.options.seed)
-    for q in motion.configurations(rng, robot.options.samples):
-        yield motion.named(q)
 
 
 def _unit(axis: Vector) -> Array:

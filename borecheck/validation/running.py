@@ -33,11 +33,10 @@ def start_voices(robot: Robot) -> None:
     from lxml import etree
 
     motion = motion_of(robot)
-    rng = np.random.default_rng(robot.options.seed)
-    chosen = [] if motion is None else motion.configurations(rng, robot.options.samples)
-    configurations = [
-        {} if motion is None else motion.positions(motion.named(q)) for q in chosen
-    ]
+    configurations = []
+    if motion is not None:
+        chosen = motion.sampled(robot.options.seed, robot.options.samples)
+        configurations = [motion.positions(free) for free in chosen]
     request = {
         "text": etree.tostring(_with_places(robot), encoding="unicode"),
         "configurations": configurations,

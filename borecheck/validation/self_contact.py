@@ -46,7 +46,14 @@ class ContactTable:
 
 
 def contact_table(robot: Robot, samples: int) -> ContactTable | None:
-    """The table of a robot; None if it cannot be moved."""
+    """The table of a robot; None if it cannot be moved. Remembered."""
+    found: ContactTable | None = robot.remembered(
+        "self-contact", samples, lambda: _contact_table(robot, samples)
+    )
+    return found
+
+
+def _contact_table(robot: Robot, samples: int) -> ContactTable | None:
     motion = motion_of(robot)
     if motion is None:
         return None
@@ -56,11 +63,10 @@ def contact_table(robot: Robot, samples: int) -> ContactTable | None:
     }
     pairs = [p for p in combinations(sorted(trees), 2) if p not in adjacent]
     counts = dict.fromkeys(pairs, 0)
-    rng = np.random.default_rng(robot.options.seed)
-    chosen = motion.configurations(rng, max(0, samples - 3))
+    chosen = motion.sampled(robot.options.seed, max(0, samples - 3))
     at_zero: list[tuple[str, str]] = []
-    for index, q in enumerate(chosen):
-        placed = motion.placements(motion.positions(motion.named(q)))
+    for index, free in enumerate(chosen):
+        placed = motion.placements(motion.positions(free))
         for pair in pairs:
             if _touch(trees, placed, pair):
                 counts[pair] += 1

@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 from borecheck.errors import InputError, UsageError
 from borecheck.validation.draft import Robot
 from borecheck.validation.findings import Finding
-from borecheck.validation.load import load_file
+from borecheck.validation.load import Loaded, load_file
 from borecheck.validation.options import Options
 from borecheck.validation.self_contact import (
     ALWAYS,
@@ -15,15 +15,19 @@ from borecheck.validation.self_contact import (
     ContactTable,
     contact_table,
 )
+from borecheck.validation.writing import write_text
 
 
-def write_proposal(files: Sequence[str], options: Options, out: Path) -> None:
+def write_proposal(files: Sequence[str], options: Options, out: Path) -> Loaded:
     """Writes the proposal for one robot.
 
     Args:
         files: One file.
         options: `self_contact` says how many configurations are sampled.
         out: The SRDF file; written whole or not at all.
+
+    Returns:
+        The robot as it was loaded; what was sampled is remembered in it.
 
     Raises:
         UsageError: Several files, or no number of samples.
@@ -33,7 +37,8 @@ def write_proposal(files: Sequence[str], options: Options, out: Path) -> None:
         raise UsageError("--write-srdf is for one robot: name one file")
     if options.self_contact <= 0:
         raise UsageError("--write-srdf needs --self-contact N: how many are sampled")
-    robot, _ = load_file(Path(files[0]), options)
+    loaded = load_file(Path(files[0]), options)
+    robot, _ = loaded
     if isinstance(robot, Finding):
         raise InputError(files[0], robot.message)
     table = contact_table(robot, options.self_contact)
@@ -42,7 +47,8 @@ def write_proposal(files: Sequence[str], options: Options, out: Path) -> None:
     if table.missing:
         listed = ", ".join(map(repr, table.missing))
         raise InputError(files[0], f"no SRDF: collision geometry of {listed} not read")
-    out.write_text(srdf_proposal(robot, table), encoding="utf-8")
+    write_text(out, srdf_proposal(robot, table))
+    return loaded
 
 
 def srdf_proposal(robot: Robot, table: ContactTable) -> str:

@@ -10,7 +10,7 @@ import json
 import re
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -116,9 +116,8 @@ VOICES: Mapping[str, Callable[[str, list[dict[str, float]]], dict[str, Any]]] = 
 }
 
 
-def answer(request: Mapping[str, Any]) -> dict[str, Any]:
-    """What each library says to a text and its configurations."""
-    outcome: dict[str, Any] = {}
+def answers(request: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """What each library says to a text and its configurations, one after the other."""
     for name in request["voices"]:
         start = time.perf_counter()
         try:
@@ -126,8 +125,7 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
         except Exception as error:  # noqa: BLE001  the point is to see what they do
             found = {"error": _line(error)}
         spent = {"seconds": time.perf_counter() - start, "bytes": _peak_bytes()}
-        outcome[name] = {**found, **spent}
-    return outcome
+        yield {name: {**found, **spent}}
 
 
 def _peak_bytes() -> int:
@@ -152,9 +150,7 @@ def _import_early() -> None:
 
 if __name__ == "__main__":
     _import_early()
-    asked = json.load(sys.stdin)
     # One line a library: what was said before one dies is heard.
-    for voice in asked["voices"]:
-        said = answer({**asked, "voices": [voice]})
+    for said in answers(json.load(sys.stdin)):
         sys.stdout.write(json.dumps(said) + "\n")
         sys.stdout.flush()
