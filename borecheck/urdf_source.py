@@ -74,9 +74,7 @@ class Source:
 
     def place(self, element: Any) -> Place:
         """File, line and path of an element."""
-        if not isinstance(
-            element.tag, str
-        ):  # a comment: where it stands, of its parent
+        if not isinstance(element.tag, str):  # a comment has its parent's path
             parent = element.getparent()
             path = self.path(self.root if parent is None else parent)
             return Place(self.file, element.sourceline or 1, path)
@@ -84,7 +82,21 @@ class Source:
         origin = self._origin.get(element)
         if origin is not None:
             return Place(str(origin[0]), origin[1], path)
-        return Place(self.file, start_line(element, self._lines), path)
+        return Place(self.file, self.line(element), path)
+
+    def line(self, element: Any) -> int:
+        """The line where a start tag begins; libxml2 names the one where it ends."""
+        end: int = element.sourceline or 1
+        if end > len(self._lines):
+            return end
+        opening = f"<{element.tag.rpartition('}')[2]}"
+        for line in range(end, max(0, end - LONGEST_TAG), -1):
+            text = self._lines[line - 1]
+            if opening in text:
+                return line
+            if line < end and ">" in text:
+                break  # the end of a tag before
+        return end
 
     def path(self, element: Any) -> str:
         """The path of an element: `robot/joint[@name='theta']/limit`."""
@@ -108,21 +120,6 @@ class Source:
     @cached_property
     def _origin(self) -> dict[Any, tuple[Path, int]]:
         return dict(zip(elements(self.root), self.origins, strict=False))
-
-
-def start_line(element: Any, lines: Sequence[str]) -> int:
-    """The line where an element's start tag begins; libxml2 names where it ends."""
-    end: int = element.sourceline or 1
-    if end > len(lines):
-        return end
-    opening = f"<{element.tag.rpartition('}')[2]}"
-    for line in range(end, max(0, end - LONGEST_TAG), -1):
-        text = lines[line - 1]
-        if opening in text:
-            return line
-        if line < end and ">" in text:
-            break  # the end of a tag before
-    return end
 
 
 def read_bytes(path: Path) -> bytes:

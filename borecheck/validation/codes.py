@@ -13,15 +13,23 @@ def codes_of(words: str | Iterable[str]) -> tuple[str, ...]:
         UnknownNameError: A word, maybe an empty one, that no check goes by.
     """
     listed = [words] if isinstance(words, str) else list(words)
-    by_name = {check.name: check.code for check in all_checks()}
-    known = list(by_name.values())
     found = []
     for part in (part for word in listed for part in _parts(str(word))):
-        code = by_name.get(part.lower(), part.upper())
-        if not part or not any(name.startswith(code) for name in known):
-            raise UnknownNameError("check", part, known)
+        code = code_of(part)
+        if code is None:
+            raise UnknownNameError("check", part, [c.code for c in all_checks()])
         found.append(code)
     return tuple(found)
+
+
+def code_of(word: str) -> str | None:
+    """The code, or beginning of codes, that one word means; None if no check's."""
+    for check in all_checks():
+        if word.lower() == check.name:
+            return check.code
+    code = word.upper()
+    known = any(check.code.startswith(code) for check in all_checks())
+    return code if word and known else None
 
 
 def _parts(word: str) -> list[str]:

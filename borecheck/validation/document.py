@@ -5,16 +5,14 @@ from collections.abc import Iterator
 from typing import Any
 
 from borecheck.urdf_source import children, elements, tag_of
+from borecheck.urdf_tree import JOINT_TAGS
 from borecheck.validation.draft import SHAPES, Robot, numbers
 from borecheck.validation.registry import Hit, check
 from borecheck.validation.schema import SCHEMA, required_attributes
 
 SINGLE = {
     "link": ("inertial",),
-    "joint": (
-        *("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
-        *("calibration", "safety_controller"),
-    ),
+    "joint": JOINT_TAGS,
     "visual": ("origin", "geometry", "material"),
     "collision": ("origin", "geometry"),
     "inertial": ("origin", "mass", "inertia"),

@@ -24,23 +24,19 @@ UNIT_RATIOS = {1000.0: "millimetres", 25.4: "inches and millimetres", 39.37: "in
 UNIT_RATIOS |= {100.0: "centimetres"}
 
 
-def mesh_shapes(robot: Robot) -> Iterator[DraftShape]:
-    """One shape for each mesh file and kind, the first that refers to it."""
+def mesh_shapes(robot: Robot, *, scaled: bool = False) -> Iterator[DraftShape]:
+    """One shape for each mesh file, the first that refers to it, collisions before.
+
+    Args:
+        robot: The robot.
+        scaled: One for each file and scale, because the size of each is another.
+    """
     seen = set()
     for shape in sorted(shapes(robot), key=lambda s: s.kind != "collision"):
         path = path_of(robot, shape)
-        if path is not None and path not in seen:
-            seen.add(path)
-            yield shape
-
-
-def scaled_shapes(robot: Robot) -> Iterator[DraftShape]:
-    """One shape for each mesh file and scale: the size of each is another."""
-    seen = set()
-    for shape in sorted(shapes(robot), key=lambda s: s.kind != "collision"):
-        path = path_of(robot, shape)
-        if path is not None and (path, shape.scale) not in seen:
-            seen.add((path, shape.scale))
+        key = (path, shape.scale if scaled else None)
+        if path is not None and key not in seen:
+            seen.add(key)
             yield shape
 
 
@@ -111,7 +107,7 @@ def mesh_unit(robot: Robot) -> Iterator[Hit]:
     # One origin in millimetres makes the robot, not its meshes, a wrong size (J314).
     if robot.size <= 1e-3 or any(origin_far(robot)):
         return
-    for shape in scaled_shapes(robot):
+    for shape in mesh_shapes(robot, scaled=True):
         extent = shape_extent(robot, shape)
         if extent is None:
             continue

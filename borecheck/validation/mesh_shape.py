@@ -7,7 +7,7 @@ from borecheck.validation.extents import shape_extent
 from borecheck.validation.findings import Severity
 from borecheck.validation.mesh_coverage import coverage_of
 from borecheck.validation.mesh_facts import MeshFacts, bodies_of
-from borecheck.validation.mesh_files import mesh_shapes, scaled_shapes
+from borecheck.validation.mesh_files import mesh_shapes
 from borecheck.validation.mesh_reading import facts, mesh_of
 from borecheck.validation.registry import Hit, check
 
@@ -31,10 +31,16 @@ def _level(shape: DraftShape) -> Severity | None:
     return None if shape.kind == "collision" else Severity.INFO
 
 
-def _share(robot: Robot, count: int, found: MeshFacts) -> tuple[str, bool]:
-    """The share of faulty triangles, and whether it is an error."""
-    share = count / found.triangles
-    return f"({100.0 * share:.2g} %)", robot.options.containment and share > MANY_FAULTY
+def _faulty(robot: Robot, fact: str, words: str) -> Iterator[Hit]:
+    """Meshes of which a count of faulty triangles is not zero, with their share."""
+    for shape, found in _facts(robot):
+        count = getattr(found, fact)
+        if count:
+            share = count / found.triangles
+            too_many = robot.options.containment and share > MANY_FAULTY
+            level = _level(shape) or (Severity.ERROR if too_many else None)
+            message = f"{_named(shape)}: {count} {words} ({100.0 * share:.2g} %)"
+            yield Hit(shape.shape, message, "filename", level)
 
 
 def _named(shape: DraftShape) -> str:
@@ -50,12 +56,7 @@ def mesh_degenerate(robot: Robot) -> Iterator[Hit]:
 
     Mend: Remove them in a mesh editor; they bound nothing.
     """
-    for shape, found in _facts(robot):
-        if found.degenerate:
-            share, too_many = _share(robot, found.degenerate, found)
-            message = f"{_named(shape)}: {found.degenerate} triangles without area"
-            level = _level(shape) or (Severity.ERROR if too_many else None)
-            yield Hit(shape.shape, f"{message} {share}", "filename", level)
+    yield from _faulty(robot, "degenerate", "triangles without area")
 
 
 @check("G516", "mesh-duplicate-faces", "geometry", "IWW", "meshes")
@@ -67,12 +68,7 @@ def mesh_duplicate_faces(robot: Robot) -> Iterator[Hit]:
 
     Mend: Merge duplicate faces in a mesh editor.
     """
-    for shape, found in _facts(robot):
-        if found.duplicate:
-            share, too_many = _share(robot, found.duplicate, found)
-            message = f"{_named(shape)}: {found.duplicate} triangles stand twice"
-            level = _level(shape) or (Severity.ERROR if too_many else None)
-            yield Hit(shape.shape, f"{message} {share}", "filename", level)
+    yield from _faulty(robot, "duplicate", "triangles stand twice")
 
 
 @check("G517", "mesh-open", "geometry", "IWW", "meshes")
@@ -223,7 +219,7 @@ def mesh_small_triangles(robot: Robot) -> Iterator[Hit]:
     """
     import numpy as np
 
-    for shape in scaled_shapes(robot):
+    for shape in mesh_shapes(robot, scaled=True):
         mesh = mesh_of(robot, shape)
         if mesh is None or shape.kind != "collision":
             continue

@@ -3,6 +3,7 @@
 from typing import Any
 
 from borecheck.urdf_source import tag_of
+from borecheck.urdf_tree import JOINT_TAGS, LINK_TAGS
 
 LIMITS = (
     *("lower", "upper", "effort", "velocity"),
@@ -12,7 +13,7 @@ LIMITS = (
 # Of each element the attributes and the children it may have.
 SCHEMA: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "robot": (("name", "version"), ("link", "joint", "material")),
-    "link": (("name", "type"), ("inertial", "visual", "collision")),
+    "link": (("name", "type"), LINK_TAGS),
     "visual": (("name",), ("origin", "geometry", "material")),
     "collision": (("name",), ("origin", "geometry")),
     "geometry": ((), ("box", "cylinder", "sphere", "capsule", "mesh")),
@@ -28,13 +29,7 @@ SCHEMA: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "mass": (("value",), ()),
     "inertia": (("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), ()),
     "origin": (("xyz", "rpy", "quat_xyzw"), ()),
-    "joint": (
-        ("name", "type"),
-        (
-            *("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
-            *("calibration", "safety_controller"),
-        ),
-    ),
+    "joint": (("name", "type"), JOINT_TAGS),
     "parent": (("link",), ()),
     "child": (("link",), ()),
     "axis": (("xyz",), ()),

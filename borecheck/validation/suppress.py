@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.errors import UrdfError
-from borecheck.urdf_source import Source, read, read_bytes, start_line
+from borecheck.urdf_source import Source, read, read_bytes
+from borecheck.validation.codes import code_of
 from borecheck.validation.findings import Finding
 
 _COMMENT = re.compile(
@@ -58,7 +59,8 @@ def suppressions_in(
         if match is None:
             continue
         words = [word for word in re.split(r"[,\s]+", match["codes"]) if word]
-        codes, unknown = _codes(words)
+        codes = tuple(code for code in map(code_of, words) if code is not None)
+        unknown = [word for word in words if code_of(word) is None]
         if unknown or not codes:
             named = f" ({', '.join(unknown)})" if unknown else ""
             faulty.append(Comment(comment, f"names no check{named}"))
@@ -72,20 +74,6 @@ def suppressions_in(
             reason = " ".join(match["reason"].split())
             found.append(Suppression(file, first, last, codes, reason))
     return tuple(found), tuple(faulty)
-
-
-def _codes(words: Iterable[str]) -> tuple[tuple[str, ...], list[str]]:
-    """Codes (or their beginnings) that words name, and words that name none."""
-    from borecheck.validation.registry import all_checks
-
-    by_name = {check.name: check.code for check in all_checks()}
-    codes: list[str] = []
-    unknown: list[str] = []
-    for word in words:
-        code = by_name.get(word.lower(), word.upper())
-        is_known = any(check.code.startswith(code) for check in all_checks())
-        (codes if is_known else unknown).append(code if is_known else word)
-    return tuple(codes), unknown
 
 
 def suppressions_of(files: Iterable[Path]) -> tuple[Suppression, ...]:
@@ -111,5 +99,5 @@ def _range(comment: Any, is_comment: Any, source: Source) -> tuple[int, int]:
     # The start tag may begin before the line libxml2 names for the element.
     first = comment.sourceline if target.getparent() is not None else 0
     if target is comment.getparent():
-        first = start_line(target, source.text.split("\n"))
+        first = source.line(target)
     return first, max(e.sourceline or 0 for e in target.iter())
