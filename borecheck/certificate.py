@@ -23,9 +23,7 @@ Times count waypoints: 0 at the first, n - 1 at the last, straight in between.
 import hashlib
 import io
 import json
-import os
 import re
-import tempfile
 import zipfile
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -43,6 +41,7 @@ from borecheck.passage import Approach, Passage, Slabs, told
 from borecheck.path_distance import displacement_about
 from borecheck.path_outcome import PathVerdict
 from borecheck.path_search import Body, Motion, Pair, PathProblem, path_motion
+from borecheck.written_beside import written_beside
 
 Array = NDArray[np.float64]
 Interval = list[float]
@@ -143,7 +142,7 @@ def write_certificate(
     partial: list[Path] = []
     try:
         for target, content in ((meshes, packed.getvalue()), (file, text.encode())):
-            partial.append(_written_beside(target, content))
+            partial.append(written_beside(target, content))
         file.unlink(missing_ok=True)
         try:
             partial[0].replace(meshes)
@@ -165,24 +164,6 @@ def holds_certified_meshes(file: Path) -> bool:
             return all(_MESH_ARRAY.fullmatch(name) for name in arrays.files)
     except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile):
         return False
-
-
-def _written_beside(target: Path, content: bytes) -> Path:
-    """A new file with this content in the target's folder, whole on the disk."""
-    folder = target.absolute().parent
-    handle, name = tempfile.mkstemp(dir=folder, prefix=f".{target.name}-")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        mask = os.umask(0)
-        os.umask(mask)
-        Path(name).chmod(0o666 & ~mask)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-    return Path(name)
 
 
 def _bodies(problem: PathProblem) -> tuple[Body, ...]:

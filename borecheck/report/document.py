@@ -3,7 +3,6 @@
 import json
 import os
 import platform
-import tempfile
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from borecheck import __version__
 from borecheck.errors import BorecheckError
+from borecheck.written_beside import written_beside
 
 if TYPE_CHECKING:
     from borecheck.motion_check import MotionVerdict
@@ -180,14 +180,8 @@ def write_whole(path: Path, text: str) -> None:
     """
     path = path.absolute()
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
-        temporary = Path(name)
+        temporary = written_beside(path, text.encode())
         try:
-            with os.fdopen(handle, "w", encoding="utf-8") as stream:
-                stream.write(text)
-            mask = os.umask(0)
-            os.umask(mask)
-            temporary.chmod(0o666 & ~mask)
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
