@@ -62,8 +62,12 @@ def run(args: argparse.Namespace) -> int:
 
         file = files[0]
         loaded = write_proposal(files, options[file], args.write_srdf)
-        own = {"options": options[file], "settings": settings[file]}
-        check = partial(_check_loaded, loaded=loaded, **own)
+        check = partial(
+            _check_loaded,
+            loaded=loaded,
+            options=options[file],
+            settings=settings[file],
+        )
     results = _results(args, files, given, check)
     if args.write_baseline:
         every = [finding for _, found in results for finding in found]
