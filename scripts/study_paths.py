@@ -239,7 +239,8 @@ def _placed(T: Array, mesh: TriangleMesh) -> Array:
     return np.ascontiguousarray(points.reshape(len(T), -1, 9))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+# Not kept between runs: numba would not see that what it calls has changed.
+@njit(nogil=True, error_model="numpy")
 def _first_meeting(first, second):  # type: ignore[no-untyped-def]
     """First sample at which any two triangles meet, or -1; all pairs are asked."""
     for k in range(len(first)):

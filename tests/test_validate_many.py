@@ -19,8 +19,10 @@ ARM = corpus.FOLDER / "arm" / "arm.urdf"
 ENDS_WITHIN_S = 5.0  # a second in practice; the workers would sleep for a minute
 
 # `borecheck validate` whose check notes its process, and does by the file's name.
+# Where the tests run in the background, Ctrl-C may be switched off for all they start.
 SCRIPT = """
-import os, sys, time
+import os, signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from pathlib import Path
 from borecheck.cli import main
 from borecheck.errors import InputError
