@@ -13,9 +13,9 @@ import numpy as np
 from benchmarks import peers
 from benchmarks.scenes import BENT, FOOT, arm_links, gantry_mesh, placements
 from benchmarks.timing import paired
-from borecheck.batch import MovingLinks
-from borecheck.bvh import MeshTree
-from borecheck.packed_trees import PackedTrees
+from borecheck.geometry.tree.many_links import MovingLinks
+from borecheck.geometry.tree.mesh_tree import MeshTree
+from borecheck.geometry.tree.packed import PackedTrees
 
 # Triangles of the gantry; the arm has a fifth.
 COUNTS = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 600_000)

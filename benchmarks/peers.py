@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.poses import BenchScene, Pose
-from borecheck.mesh import TriangleMesh
-from borecheck.motion_bounds import SLIDES, TURNS
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.motion.bounds import SLIDES, TURNS
 
 MANY = 10**6
 

@@ -4,8 +4,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from borecheck.narrowphase import leaf
-from borecheck.triangle_contact import NARROWPHASES, triangle_row
+from borecheck.geometry.triangles.narrowphase import leaf
+from borecheck.geometry.triangles.published import NARROWPHASES, triangle_row
 
 Array = NDArray[np.float64]
 

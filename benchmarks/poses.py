@@ -19,10 +19,10 @@ from benchmarks.scenes import (
     make_scene,
     placements,
 )
-from borecheck.batch import MovingLinks
-from borecheck.bvh import MeshTree
-from borecheck.mesh import TriangleMesh
-from borecheck.motion_bounds import WORLD, Chain
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.tree.many_links import MovingLinks
+from borecheck.geometry.tree.mesh_tree import MeshTree
+from borecheck.motion.bounds import WORLD, Chain
 
 Array = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def arm_scene(size: str) -> BenchScene:
 def zerobot_scene(level: str) -> BenchScene:
     """Zerobot against the project's CT gantry (the gantry only, not its couch)."""
     import borecheck as bc
-    from borecheck.path_check import chain_of
+    from borecheck.motion.check import chain_of
 
     robot = bc.load_robot("zerobot", level=level)
     scene = bc.load_scene("ct_gantry", level=level)
@@ -182,7 +182,8 @@ def path_of(scene: BenchScene, samples: int, end: str) -> Array:
 
 def _goals(scene: BenchScene) -> dict[str, Array]:
     """Configurations along one direction: halfway, just before, and beyond contact."""
-    from borecheck.path_search import Body, PathProblem, search
+    from borecheck.motion.problem import Body, PathProblem
+    from borecheck.motion.search import search
 
     start = scene.poses["clear"].q
     parts = tuple(

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from benchmarks.poses import POSES, SCENES, BenchScene, Pose
 from benchmarks.timing import paired
-from borecheck import all_pairs
-from borecheck.bvh import MeshTree
-from borecheck.coal_broadphase import PatchBroadphase
-from borecheck.narrowphase import contact_pairs
-from borecheck.placing import place_mesh
-from borecheck.triangle_contact import NARROWPHASES
+from borecheck.geometry.coal_engine.broadphase import PatchBroadphase
+from borecheck.geometry.tree.mesh_tree import MeshTree
+from borecheck.geometry.triangles import all_pairs
+from borecheck.geometry.triangles.narrowphase import contact_pairs
+from borecheck.geometry.triangles.placing import place_mesh
+from borecheck.geometry.triangles.published import NARROWPHASES
 
 Array = NDArray[Any]
 

@@ -11,14 +11,17 @@ from benchmarks.peers import MANY, Coal, Fcl, Pinocchio, coal_request
 from benchmarks.plain import chunked_numpy, scalar_loop
 from benchmarks.poses import POSES, BenchScene, Pose, path_of
 from benchmarks.timing import paired
-from borecheck import all_pairs, exact_contact, triangle_contact
-from borecheck.batch import MovingLinks
-from borecheck.bvh import MeshTree
-from borecheck.chain_kinematics import Chain as KinematicChain
-from borecheck.packed_trees import PackedTrees
-from borecheck.path_search import Body, PathProblem, search
-from borecheck.placing import place_mesh
-from borecheck.triangle_contact import NARROWPHASES
+from borecheck.geometry.tree.many_links import MovingLinks
+from borecheck.geometry.tree.mesh_tree import MeshTree
+from borecheck.geometry.tree.packed import PackedTrees
+from borecheck.geometry.triangles import all_pairs
+from borecheck.geometry.triangles import exact as exact_contact
+from borecheck.geometry.triangles import published as triangle_contact
+from borecheck.geometry.triangles.placing import place_mesh
+from borecheck.geometry.triangles.published import NARROWPHASES
+from borecheck.motion.problem import Body, PathProblem
+from borecheck.motion.search import search
+from borecheck.robots.kinematics.chain import Chain as KinematicChain
 
 SAMPLES = 1000  # poses on a path
 ENDS = ("clear", "free", "contact")  # see poses.path_of

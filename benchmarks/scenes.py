@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.mesh import TriangleMesh
-from borecheck.motion_bounds import TURNS, Chain
-from borecheck.path_search import Body, PathProblem
-from borecheck.se3 import axis_rotation
+from borecheck.core.se3 import axis_rotation
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.motion.bounds import TURNS, Chain
+from borecheck.motion.problem import Body, PathProblem
 
 Array = NDArray[np.float64]
 

@@ -19,8 +19,8 @@ from pathlib import Path
 
 import trimesh
 
-from borecheck.mesh import TriangleMesh
-from borecheck.mesh_stl import write_stl
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.mesh_files.stl import write_stl
 
 LINKS = 60
 SMALL = 10  # links of each robot in the folder

@@ -12,28 +12,29 @@ borecheck` costs nothing.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from borecheck.core.version import __version__ as __version__
+
 if TYPE_CHECKING:
-    from borecheck.bvh import MeshTree as MeshTree
-    from borecheck.comparison import compare as compare
-    from borecheck.contact_check import check as check
+    from borecheck.contact.check import check as check
+    from borecheck.contact.compare import compare as compare
+    from borecheck.contact.many_poses import first_contacts as first_contacts
     from borecheck.errors import BorecheckError as BorecheckError
-    from borecheck.many_poses import first_contacts as first_contacts
-    from borecheck.path_check import check_path as check_path
-    from borecheck.robot import load_robot as load_robot
-    from borecheck.scene import load_scene as load_scene
+    from borecheck.geometry.tree.mesh_tree import MeshTree as MeshTree
+    from borecheck.motion.check import check_path as check_path
+    from borecheck.robots.robot import load_robot as load_robot
+    from borecheck.robots.scene import load_scene as load_scene
     from borecheck.validation.run import validate_file as validate  # noqa: F401
 
-__version__ = "0.1.0"
 
 _HOMES = {
     "BorecheckError": "borecheck.errors:BorecheckError",
-    "MeshTree": "borecheck.bvh:MeshTree",
-    "check": "borecheck.contact_check:check",
-    "check_path": "borecheck.path_check:check_path",
-    "compare": "borecheck.comparison:compare",
-    "first_contacts": "borecheck.many_poses:first_contacts",
-    "load_robot": "borecheck.robot:load_robot",
-    "load_scene": "borecheck.scene:load_scene",
+    "MeshTree": "borecheck.geometry.tree.mesh_tree:MeshTree",
+    "check": "borecheck.contact.check:check",
+    "check_path": "borecheck.motion.check:check_path",
+    "compare": "borecheck.contact.compare:compare",
+    "first_contacts": "borecheck.contact.many_poses:first_contacts",
+    "load_robot": "borecheck.robots.robot:load_robot",
+    "load_scene": "borecheck.robots.scene:load_scene",
     "validate": "borecheck.validation.run:validate_file",
 }
 

@@ -15,17 +15,17 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from borecheck import __version__
+from borecheck.core.version import __version__
 from borecheck.errors import BorecheckError
 
 COMMANDS = {
     "robots": ("borecheck.commands.robots", "robots and scanners installed"),
-    "validate": ("borecheck.validation.command", "is a URDF or xacro file sound?"),
-    "explain": ("borecheck.validation.explain_command", "what a finding's code means"),
+    "validate": ("borecheck.commands.validate", "is a URDF or xacro file sound?"),
+    "explain": ("borecheck.commands.explain", "what a finding's code means"),
     "fk": ("borecheck.commands.fk", "kinematics three ways: do they agree?"),
     "check": ("borecheck.commands.check", "will the robot touch anything?"),
     "compare": ("borecheck.commands.compare", "where do contact checkers differ, why?"),
-    "calibrate": ("borecheck.calibration.command", "identify a serial arm's axes"),
+    "calibrate": ("borecheck.commands.calibrate", "identify a serial arm's axes"),
     "report": ("borecheck.commands.report", "a result as one HTML page"),
     "verify": ("borecheck.commands.verify", "re-check a path certificate"),
     "view": ("borecheck.commands.view", "live view in the browser"),

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from borecheck.description import Argument, ScannerDescription
-from borecheck.mesh import TriangleMesh
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.robots.description import Argument, ScannerDescription
 from scanners.gantry import couch_top, gantry, stand
 from scanners.shapes import Detail, box, joined
 from scanners.torso import torso

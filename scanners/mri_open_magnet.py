@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.description import Argument, ScannerDescription
-from borecheck.mesh import TriangleMesh
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.robots.description import Argument, ScannerDescription
 from scanners.head import HEAD, MELON, ellipsoid
 from scanners.shapes import Detail, box, joined, lofted, revolved
 from scanners.torso import torso

@@ -13,8 +13,8 @@ from pathlib import Path
 from lxml import etree
 from make_meshes import descriptions
 
-from borecheck.description import Description
-from borecheck.xacro_expand import expand
+from borecheck.robots.description import Description
+from borecheck.robots.urdf.xacro import expand
 
 
 def main() -> int:

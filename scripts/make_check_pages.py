@@ -7,7 +7,8 @@ python scripts/make_check_pages.py --check   only says whether they are up to da
 import sys
 from pathlib import Path
 
-from borecheck.validation.registry import TIERS, Check, all_checks
+from borecheck.validation.catalogue import all_checks
+from borecheck.validation.registry import TIERS, Check
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "checks"
 

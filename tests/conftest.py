@@ -6,7 +6,7 @@ from hypothesis import settings
 
 import borecheck as bc
 
-# The same examples in every run; scripts/fuzz_validate.py is for finding new ones.
+# The same examples in every run; studies/fuzz_validate.py is for finding new ones.
 settings.register_profile("seeded", derandomize=True, database=None)
 settings.load_profile("seeded")
 

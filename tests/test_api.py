@@ -1,12 +1,12 @@
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 import borecheck as bc
+from tests.places import ROBOTS
 
-ROBOT = Path(__file__).parent / "data" / "robots" / "two_link.urdf"
+ROBOT = ROBOTS / "two_link.urdf"
 
 
 @pytest.mark.parametrize("name", bc.__all__)
@@ -17,7 +17,8 @@ def test_every_public_name_is_there(name):
 
 def test_names_stay_functions_after_their_modules_are_imported():
     code = (
-        "import borecheck.validation, borecheck.comparison, borecheck.contact_check\n"
+        "import borecheck.validation, borecheck.contact.compare\n"
+        "import borecheck.contact.check\n"
         "import borecheck as bc\n"
         "import types\n"
         "found = {n: getattr(bc, n) for n in bc.__all__}\n"

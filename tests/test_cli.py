@@ -3,18 +3,18 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from borecheck.cli import join_signed, main
-from borecheck.mesh import TriangleMesh
-from borecheck.mesh_file import write_stl
-from borecheck.primitives import box
+from borecheck.geometry.mesh.primitives import box
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.mesh_files.reading import write_stl
+from tests.places import PROJECT, ROBOTS
 
-ROBOT = str(Path(__file__).parent / "data" / "robots" / "two_link.urdf")
-PLANS = Path(__file__).parents[1] / "urdf" / "zerobot" / "examples" / "plans.csv"
+ROBOT = str(ROBOTS / "two_link.urdf")
+PLANS = PROJECT / "urdf" / "zerobot" / "examples" / "plans.csv"
 
 
 @pytest.fixture
@@ -299,8 +299,8 @@ def test_no_kernel_is_loaded_while_a_checks_clock_runs():
         "import gc\n"
         "import borecheck as bc\n"
         "from numba.core.dispatcher import Dispatcher\n"
-        "from borecheck.compiled import warm_up\n"
-        "from borecheck.contact_check import check_with, settings\n"
+        "from borecheck.commands.warm_up import warm_up\n"
+        "from borecheck.contact.check import check_with, settings\n"
         "def loaded():\n"
         "    all = [d for d in gc.get_objects() if isinstance(d, Dispatcher)]\n"
         "    return {(str(d), str(s)) for d in all for s in d.overloads}\n"

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from borecheck.cli import main
-from borecheck.mesh_file import write_stl
-from borecheck.primitives import box
+from borecheck.geometry.mesh.primitives import box
+from borecheck.geometry.mesh_files.reading import write_stl
+from tests.places import ROBOTS
 
-ROBOT = Path(__file__).parent / "data" / "robots" / "two_link.urdf"
+ROBOT = ROBOTS / "two_link.urdf"
 MUTANTS = 40
 
 WORDS = (

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from borecheck.description import Argument, JointMap, RobotDescription
+from borecheck.robots.description import Argument, JointMap, RobotDescription
 
 _FOLDER = Path(__file__).resolve().parents[1] / "urdf" / "zerobot"
 

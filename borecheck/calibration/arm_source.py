@@ -6,10 +6,10 @@ from pathlib import Path
 
 from borecheck.calibration.serial_arm import SerialArm, serial_arm
 from borecheck.calibration.setup import CalibrationSetup, setup_of
-from borecheck.description import RobotDescription, installed, installed_names
 from borecheck.errors import UnknownNameError
-from borecheck.robot import complete_arguments, read_urdf
-from borecheck.urdf_tree import UrdfTree, parse
+from borecheck.robots.description import RobotDescription, installed, installed_names
+from borecheck.robots.robot import complete_arguments, read_urdf
+from borecheck.robots.urdf.tree import UrdfTree, parse
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck import urdf_source
 from borecheck.calibration.axes_motion import Lines
 from borecheck.calibration.serial_arm import SerialArm
+from borecheck.core.se3 import inverse, matrix_rpy
 from borecheck.errors import UrdfError
-from borecheck.se3 import inverse, matrix_rpy
-from borecheck.urdf_tree import UrdfTree
+from borecheck.robots.urdf import source as urdf_source
+from borecheck.robots.urdf.tree import UrdfTree
 
 Array = NDArray[np.float64]
 

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck import __version__
 from borecheck.calibration.axes_motion import Lines, positions
 from borecheck.calibration.axis_by_axis import AxisByAxis, estimate
 from borecheck.calibration.measurements import Measurements
 from borecheck.calibration.noise import Noise, seen_noise
 from borecheck.calibration.refinement import Refinement, parameter_sigmas, refine
 from borecheck.calibration.serial_arm import SerialArm
+from borecheck.core.version import __version__
 from borecheck.errors import GeometryError
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.calibration.serial_arm import SerialArm
-from borecheck.csv_columns import (
+from borecheck.core.csv_columns import (
     ColumnError,
     refuse_mixed,
     separator_problem,

@@ -11,8 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck.core.se3 import rpy_matrix
 from borecheck.errors import GeometryError
-from borecheck.se3 import rpy_matrix
 
 Array = NDArray[np.float64]
 

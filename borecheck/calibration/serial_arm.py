@@ -14,9 +14,9 @@ from borecheck.calibration.link_parameters import (
     choose_forms,
     lines_to_parameters,
 )
+from borecheck.core.se3 import axis_rotation
 from borecheck.errors import UnknownNameError, UsageError
-from borecheck.se3 import axis_rotation
-from borecheck.urdf_tree import Joint, UrdfTree
+from borecheck.robots.urdf.tree import Joint, UrdfTree
 
 Array = NDArray[np.float64]
 

@@ -8,17 +8,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from borecheck.commands.progress import say
+from borecheck.contact.verdict import CLEAR
+from borecheck.core.whole_files import check_writable
 from borecheck.errors import BorecheckError, UsageError
-from borecheck.progress import say
-from borecheck.report.document import check_writable
-from borecheck.verdict import CLEAR
 
 if TYPE_CHECKING:
-    from borecheck.needle_plan import NeedlePlan
-    from borecheck.robot import Robot
-    from borecheck.scene import Scene
+    from borecheck.plans.needle_plan import NeedlePlan
+    from borecheck.robots.robot import Robot
+    from borecheck.robots.scene import Scene
 
-# Stands in every certificate (`borecheck.certificate.FORMAT`, not imported for speed).
+# Stands in every certificate (`motion.certificate.FORMAT`, not imported for speed).
 CERTIFICATE_MARK = "borecheck path certificate"
 # What file systems take for a name, less what temporary files beside it add, [bytes].
 MOST_BYTES = 255 - 10
@@ -96,7 +96,7 @@ def add_certificates(
     """Writes the certificates, and adds to every motion which it got, or why none.
 
     Args:
-        document: The judged result; every motion gets `certificate`, changed in place.
+        document: The judged result; every motion gets its certificate, in place.
         robot: The robot that was checked.
         scene: What stands around it.
         files: From `prepared`.
@@ -140,8 +140,8 @@ def _write(
 ) -> None:
     import numpy as np
 
-    from borecheck.corridor import Corridor
-    from borecheck.path_check import write_path_certificate
+    from borecheck.motion.check import write_path_certificate
+    from borecheck.plans.corridor import Corridor
 
     joints = robot.model.joint_names
     waypoints = [[q[joint] for joint in joints] for q in block["path"]["waypoints"]]
@@ -194,7 +194,7 @@ def _refuse_other(file: Path) -> None:
     if file.exists() and not _is_certificate(file):
         raise UsageError(f"--certificate {file}: is there already and no certificate")
     if meshes.exists():
-        from borecheck.certificate import holds_certified_meshes
+        from borecheck.motion.certificate import holds_certified_meshes
 
         if not holds_certified_meshes(meshes):
             raise UsageError(

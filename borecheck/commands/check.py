@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Any
 from borecheck.commands import common
 from borecheck.commands.certificate_files import add_certificates, prepared
 from borecheck.commands.output import check_outputs, emit, wants_display
+from borecheck.commands.uncertainty_options import (
+    add_options as add_uncertainty_options,
+)
+from borecheck.core.units import parse_length
 from borecheck.errors import PlanError
-from borecheck.uncertainty.options import add_options as add_uncertainty_options
-from borecheck.units import parse_length
 
 if TYPE_CHECKING:
-    from borecheck.contact_check import Settings
-    from borecheck.needle_plan import NeedlePlan
-    from borecheck.robot import Robot
-    from borecheck.scene import Scene
+    from borecheck.contact.check import Settings
+    from borecheck.plans.needle_plan import NeedlePlan
+    from borecheck.robots.robot import Robot
+    from borecheck.robots.scene import Scene
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -74,11 +76,11 @@ def run(args: argparse.Namespace) -> int:
     check_outputs(args)
     plans = _plans_asked(args)
     files = prepared(args, plans)
-    from borecheck.compiled import announce_compilation, warm_up
+    from borecheck.commands.warm_up import announce_compilation, warm_up
 
     announce_compilation()
-    from borecheck.contact_check import settings
-    from borecheck.exit_status import ExitStatus, of_verdict
+    from borecheck.commands.exit_status import ExitStatus, of_verdict
+    from borecheck.contact.check import settings
     from borecheck.report.document import header, robot_block, scene_block
     from borecheck.report.text import check_text
 
@@ -116,7 +118,7 @@ def run(args: argparse.Namespace) -> int:
 def _plans_asked(args: argparse.Namespace) -> tuple["NeedlePlan", ...]:
     if args.plan is None:
         return ()
-    from borecheck.plan_file import read_plans
+    from borecheck.plans.plan_file import read_plans
 
     return read_plans(args.plan)
 
@@ -125,7 +127,7 @@ def _certify(
     document: dict[str, Any], robot: "Robot", scene: "Scene", files: Mapping[str, Path]
 ) -> bool:
     """Writes what is certified; says so where a path, or a clear plan, is not."""
-    from borecheck.progress import say
+    from borecheck.commands.progress import say
 
     complete = add_certificates(document, robot, scene, files)
     for block in document.get("plans", [document]):
@@ -144,7 +146,7 @@ def _weigher(
     """What adds the probability of contact to a result, if it is asked for."""
     if args.uncertainty is None:
         return lambda document: None
-    from borecheck.uncertainty.asked import add_probabilities, prepared
+    from borecheck.commands.uncertainty import add_probabilities, prepared
 
     uncertainty = prepared(args, robot)
 
@@ -175,7 +177,7 @@ def _answer(
 def _pose(
     args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
 ) -> dict[str, Any]:
-    from borecheck.contact_check import check_with
+    from borecheck.contact.check import check_with
     from borecheck.report.document import verdict_block
 
     q = common.configuration(robot, args.q)
@@ -186,8 +188,8 @@ def _pose(
 def _path(
     args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
 ) -> dict[str, Any]:
-    from borecheck.path_check import check_motion
-    from borecheck.progress import Progress
+    from borecheck.commands.progress import Progress
+    from borecheck.motion.check import check_motion
     from borecheck.report.document import motion_block
 
     waypoints = common.waypoints(robot, args.path)
@@ -213,8 +215,8 @@ def _plans(
     plans: Sequence["NeedlePlan"],
 ) -> dict[str, Any]:
     """All plans; what is finished stays when the user interrupts."""
-    from borecheck.plan_motion import STANDOFF, check_mount
-    from borecheck.verdict import worst_of
+    from borecheck.contact.verdict import worst_of
+    from borecheck.plans.plan_motion import STANDOFF, check_mount
 
     for plan in plans:
         check_mount(robot, plan)
@@ -266,9 +268,9 @@ def _one_plan(
     chosen: "Settings",
     plan: "NeedlePlan",
 ) -> dict[str, Any]:
-    from borecheck.path_check import check_motion
-    from borecheck.plan_motion import UnreachableError, plan_motion
-    from borecheck.progress import Progress, say
+    from borecheck.commands.progress import Progress, say
+    from borecheck.motion.check import check_motion
+    from borecheck.plans.plan_motion import UnreachableError, plan_motion
     from borecheck.report.document import motion_block
 
     named: dict[str, Any] = {
@@ -304,7 +306,7 @@ def _one_plan(
 
 def _swapped(robot: "Robot", plan: "NeedlePlan") -> str:
     """What to add to "out of reach" where the same needle would do the other way."""
-    from borecheck.plan_motion import UnreachableError, plan_motion
+    from borecheck.plans.plan_motion import UnreachableError, plan_motion
 
     try:
         plan_motion(robot, replace(plan, entry=plan.target, target=plan.entry))

@@ -5,17 +5,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from borecheck.description import LEVELS
+from borecheck.core.units import parse_joint_value, parse_pair, parse_pose
 from borecheck.errors import UnknownNameError, UsageError
-from borecheck.units import parse_joint_value, parse_pair, parse_pose
+from borecheck.robots.description import LEVELS
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from borecheck.model import RobotModel
-    from borecheck.robot import Robot
-    from borecheck.scene import Scene
+    from borecheck.robots.model import RobotModel
+    from borecheck.robots.robot import Robot
+    from borecheck.robots.scene import Scene
 
 
 # More would fill the memory before the first result.
@@ -104,7 +104,7 @@ def add_output(parser: argparse.ArgumentParser) -> None:
 
 def load(args: argparse.Namespace) -> "Robot":
     """The robot that the options name."""
-    from borecheck.robot import robot_with
+    from borecheck.robots.robot import robot_with
 
     arguments = pairs(args.arg, "--arg")
     if args.mount is not None:
@@ -117,7 +117,7 @@ def load(args: argparse.Namespace) -> "Robot":
 
 def load_surroundings(args: argparse.Namespace) -> "Scene":
     """The scene that the options name."""
-    from borecheck.scene import scene_with
+    from borecheck.robots.scene import scene_with
 
     return scene_with(
         args.scene,
@@ -189,7 +189,7 @@ def waypoints(robot: "Robot", path: Path) -> "NDArray[np.float64]":
     Raises:
         PlanError: The file cannot be used.
     """
-    from borecheck.path_file import read_path
+    from borecheck.plans.path_file import read_path
 
     joints = robot.model.free_joints
     sliding = [joint.name for joint in joints if not joint.is_angle]

@@ -11,7 +11,7 @@ from borecheck.commands import common
 from borecheck.commands.output import check_outputs, emit, wants_display
 
 if TYPE_CHECKING:
-    from borecheck.robot import Robot
+    from borecheck.robots.robot import Robot
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,17 +42,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Compares; 0 if every disagreement has a named cause, else 1."""
     check_outputs(args)
-    from borecheck.compiled import announce_compilation
+    from borecheck.commands.warm_up import announce_compilation
 
     announce_compilation()
-    from borecheck.exit_status import ExitStatus
-    from borecheck.progress import say
+    from borecheck.commands.exit_status import ExitStatus
+    from borecheck.commands.progress import say
     from borecheck.report.document import header
     from borecheck.report.text import compare_text
 
     document = header("compare", args.argv, args.date)
     if args.replay is not None:
-        from borecheck.replay import replay
+        from borecheck.contact.replay import replay
 
         document |= replay(args.replay)
     else:
@@ -66,9 +66,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _compared(args: argparse.Namespace) -> dict[str, Any]:
-    from borecheck import comparison
-    from borecheck.pair_search import CHECKERS
-    from borecheck.progress import Progress
+    from borecheck.commands.progress import Progress
+    from borecheck.contact import compare as comparison
+    from borecheck.geometry.surfaces import CHECKERS
     from borecheck.report.document import robot_block, scene_block
 
     robot, scene = common.load(args), common.load_surroundings(args)
@@ -97,7 +97,7 @@ def _compared(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _configurations(args: argparse.Namespace, robot: "Robot") -> NDArray[np.float64]:
-    from borecheck.motion_check import configurations_at, sample_fractions
+    from borecheck.motion.samples import configurations_at, sample_fractions
 
     if args.q is not None:
         return np.array([common.configuration(robot, args.q)])
@@ -108,8 +108,8 @@ def _configurations(args: argparse.Namespace, robot: "Robot") -> NDArray[np.floa
     if args.path is not None:
         motions = [common.waypoints(robot, args.path)]
     else:
-        from borecheck.plan_file import read_plans
-        from borecheck.plan_motion import plan_motion
+        from borecheck.plans.plan_file import read_plans
+        from borecheck.plans.plan_motion import plan_motion
 
         motions = [plan_motion(robot, p).waypoints for p in read_plans(args.plan)]
     sampled = [

@@ -21,10 +21,14 @@ def run(args: argparse.Namespace) -> int:
     check_outputs(args)
     import numpy as np
 
-    from borecheck.exit_status import ExitStatus
-    from borecheck.kinematics_check import cross_check, sample_configurations, to_json
+    from borecheck.commands.exit_status import ExitStatus
     from borecheck.report.document import header, robot_block
     from borecheck.report.text import fk_text
+    from borecheck.robots.kinematics.agreement import (
+        cross_check,
+        sample_configurations,
+        to_json,
+    )
 
     robot = common.load(args)
     if args.q is not None:

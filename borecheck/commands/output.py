@@ -5,8 +5,9 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from borecheck.core.whole_files import check_writable, write_whole
 from borecheck.errors import UsageError
-from borecheck.report.document import check_writable, dumps, write_whole
+from borecheck.report.document import dumps
 
 Text = Callable[[Mapping[str, Any]], str]
 

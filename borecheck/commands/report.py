@@ -13,9 +13,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Writes the page."""
-    from borecheck.report.document import check_writable, write_whole
+    from borecheck.core.result_file import read_result
+    from borecheck.core.whole_files import check_writable, write_whole
     from borecheck.report.page import page
-    from borecheck.result_file import read_result
 
     check_writable(args.out)
     document = read_result(args.result)

@@ -6,7 +6,7 @@ import math
 import sys
 from typing import Any
 
-from borecheck.description import (
+from borecheck.robots.description import (
     Description,
     RobotDescription,
     ScannerDescription,
@@ -74,9 +74,9 @@ def _common(description: Description) -> dict[str, Any]:
 
 def _joints(description: Description) -> list[dict[str, Any]]:
     """Free joints in the order of q, from the URDF with default arguments."""
-    from borecheck.mimic import resolve
-    from borecheck.urdf_tree import parse
-    from borecheck.xacro_expand import expand
+    from borecheck.robots.urdf.mimic import resolve
+    from borecheck.robots.urdf.tree import parse
+    from borecheck.robots.urdf.xacro import expand
 
     tree = parse(expand(description.xacro).text, str(description.xacro))
     follows = resolve(tree.joints)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from borecheck.certificate_check import Verification
+    from borecheck.verify.check import Verification
 
 # Of a hash, enough to tell two robots apart on a line.
 HASH_SHOWN = 12
@@ -35,9 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """0 if every statement was confirmed, 1 if not, 2 if there is no such file."""
-    from borecheck.certificate_check import verify
+    from borecheck.commands.exit_status import ExitStatus
     from borecheck.errors import InputError, UsageError
-    from borecheck.exit_status import ExitStatus
+    from borecheck.verify.check import verify
 
     if args.meshes is not None and len(args.certificates) > 1:
         raise UsageError("--meshes goes with one certificate; each has its own")

@@ -3,7 +3,7 @@
 import argparse
 
 from borecheck.commands import common
-from borecheck.units import parse_length
+from borecheck.core.units import parse_length
 
 DEFAULT_PORT = 8123
 
@@ -28,9 +28,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serves the view until Ctrl-C."""
-    from borecheck.compiled import announce_compilation
+    from borecheck.commands.progress import say
+    from borecheck.commands.warm_up import announce_compilation
     from borecheck.errors import UsageError
-    from borecheck.progress import say
     from borecheck.view.server import check_port, serve
     from borecheck.view.session import Session, first_plan
 

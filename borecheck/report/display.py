@@ -17,9 +17,9 @@ from borecheck.report.thinning import thinned
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from borecheck.mesh import TriangleMesh
-    from borecheck.robot import Robot
-    from borecheck.scene import Scene
+    from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+    from borecheck.robots.robot import Robot
+    from borecheck.robots.scene import Scene
 
 Array = NDArray[np.float64]
 Pose = dict[str, Any]

@@ -1,23 +1,19 @@
 """A result as one JSON document that holds everything its report needs."""
 
 import json
-import os
 import platform
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from borecheck import __version__
-from borecheck.errors import BorecheckError
-from borecheck.written_beside import written_beside
+from borecheck.core.version import __version__
 
 if TYPE_CHECKING:
-    from borecheck.motion_check import MotionVerdict
-    from borecheck.robot import Robot
-    from borecheck.scene import Scene
-    from borecheck.verdict import Verdict
+    from borecheck.contact.verdict import Verdict
+    from borecheck.motion.samples import MotionVerdict
+    from borecheck.robots.robot import Robot
+    from borecheck.robots.scene import Scene
 
 SCHEMA_VERSION = "1"
 
@@ -55,7 +51,7 @@ def versions() -> dict[str, str]:
 
 def robot_block(robot: "Robot") -> dict[str, Any]:
     """The robot as it was checked: arguments, joints, hashes."""
-    from borecheck.pair_search import surface
+    from borecheck.geometry.surfaces import surface
 
     model = robot.model
     return {
@@ -90,7 +86,7 @@ def robot_block(robot: "Robot") -> dict[str, Any]:
 
 def scene_block(scene: "Scene") -> dict[str, Any]:
     """The scene as it was checked: arguments, roles, hashes, points."""
-    from borecheck.pair_search import surface
+    from borecheck.geometry.surfaces import surface
 
     return {
         "name": scene.name,
@@ -155,38 +151,6 @@ def motion_block(motion: "MotionVerdict", joint_names: Sequence[str]) -> dict[st
 def dumps(document: Mapping[str, Any]) -> str:
     """The document as text, the same for the same content; NaN is refused."""
     return json.dumps(document, indent=1, allow_nan=False) + "\n"
-
-
-def check_writable(path: Path) -> None:
-    """Refuses an output file before the work is done, not after.
-
-    Raises:
-        BorecheckError: The folder does not exist or cannot be written to.
-    """
-    folder = path.absolute().parent
-    if path.is_dir():
-        raise BorecheckError(f"{path} is a directory, not a file to write")
-    if not folder.is_dir():
-        raise BorecheckError(f"{path}: there is no folder {folder}")
-    if not os.access(folder, os.W_OK):
-        raise BorecheckError(f"{path}: no permission to write in {folder}")
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Writes a file that appears whole or not at all.
-
-    Raises:
-        BorecheckError: It cannot be written.
-    """
-    path = path.absolute()
-    try:
-        temporary = written_beside(path, text.encode())
-        try:
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise BorecheckError(f"{path} cannot be written: {error.strerror}") from error
 
 
 def _finite(value: float) -> float | None:

@@ -14,8 +14,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from borecheck.core.result_file import RESULT_ID
 from borecheck.errors import BorecheckError
-from borecheck.result_file import RESULT_ID
 
 TEMPLATES = Path(__file__).parent / "templates"
 ASSETS = Path(__file__).parent / "assets"

@@ -7,7 +7,7 @@ from markupsafe import Markup
 
 from borecheck.report.figures import clearance_plot
 from borecheck.report.pictures import pictures_at
-from borecheck.uncertainty.wording import lines as probability_lines
+from borecheck.report.probability_words import lines as probability_lines
 
 CHECKERS = {
     "exact": "the sign of every determinant is exact; touching counts as contact",

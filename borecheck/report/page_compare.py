@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from borecheck.causes import signed_determinants
+from borecheck.contact.causes import signed_determinants
 from borecheck.report.figures_pair import two_triangles
 from borecheck.report.pictures import pictures_at
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from borecheck.uncertainty.wording import lines as probability_lines
+from borecheck.report.probability_words import lines as probability_lines
 
 MARKS = {"clear": "CLEAR", "contact": "CONTACT", "unknown": "UNKNOWN"}
 

@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck import clearance, containment
-from borecheck.corridor import Corridor
+from borecheck.contact import clearance, containment
+from borecheck.contact.verdict import UNKNOWN, Containment
 from borecheck.errors import UsageError
-from borecheck.robot import Robot
-from borecheck.scene import Scene
+from borecheck.plans.corridor import Corridor
+from borecheck.robots.robot import Robot
+from borecheck.robots.scene import Scene
 from borecheck.uncertainty import linear
 from borecheck.uncertainty.covariance import Uncertainty
 from borecheck.uncertainty.disturbed import Disturbed
-from borecheck.verdict import UNKNOWN, Containment
 
 Array = NDArray[np.float64]
 

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.units import parse_angle, parse_length
 from borecheck.errors import BorecheckError, InputError, UnknownNameError, UsageError
-from borecheck.robot import Robot
-from borecheck.units import parse_angle, parse_length
+from borecheck.robots.robot import Robot
 
 Array = NDArray[np.float64]
 

@@ -6,11 +6,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.model import RobotModel
-from borecheck.robot import Robot, complete_arguments, read_urdf
-from borecheck.se3 import axis_rotation, inverse
+from borecheck.core.se3 import axis_rotation, inverse
+from borecheck.robots.model import RobotModel
+from borecheck.robots.robot import Robot, complete_arguments, read_urdf
+from borecheck.robots.urdf.xacro import expand
 from borecheck.uncertainty.covariance import REGISTRATION, Uncertainty
-from borecheck.xacro_expand import expand
 
 Array = NDArray[np.float64]
 

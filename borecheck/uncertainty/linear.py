@@ -16,12 +16,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.clearance import to_obstacles
-from borecheck.corridor import Corridor
-from borecheck.pair_search import surface
-from borecheck.placing import placed_bounds
-from borecheck.scene import Scene
-from borecheck.se3 import inverse
+from borecheck.contact.clearance import to_obstacles
+from borecheck.core.se3 import inverse
+from borecheck.geometry.surfaces import surface
+from borecheck.geometry.triangles.placing import placed_bounds
+from borecheck.plans.corridor import Corridor
+from borecheck.robots.scene import Scene
 from borecheck.uncertainty.disturbed import Disturbed
 
 Array = NDArray[np.float64]

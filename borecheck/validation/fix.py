@@ -18,14 +18,14 @@ from typing import Any
 from xml.parsers import expat
 
 from borecheck.errors import UsageError
-from borecheck.urdf_source import elements
-from borecheck.validation.draft import DraftShape, Robot, first
+from borecheck.robots.urdf.source import elements
+from borecheck.validation.checks.joints import UNIT_TOLERANCE
+from borecheck.validation.checks.spelling import nearest
 from borecheck.validation.findings import Finding
-from borecheck.validation.joints import UNIT_TOLERANCE
 from borecheck.validation.load import load_file
 from borecheck.validation.options import Options
-from borecheck.validation.schema import SCHEMA
-from borecheck.validation.spelling import nearest
+from borecheck.validation.reading.draft import DraftShape, Robot, first
+from borecheck.validation.reading.schema import SCHEMA
 from borecheck.validation.suppress import Suppression
 from borecheck.validation.writing import write_together
 
@@ -146,9 +146,9 @@ def _axes(robot: Robot) -> Iterator[Edit]:
 
 
 def _inverted(robot: Robot) -> Iterator[Edit]:
-    from borecheck.mesh import TriangleMesh
-    from borecheck.validation.geometry import shapes
-    from borecheck.validation.mesh_reading import facts, mesh_of, path_of
+    from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+    from borecheck.validation.checks.geometry import shapes
+    from borecheck.validation.reading.mesh_reading import facts, mesh_of, path_of
 
     for shape in shapes(robot):
         found, path = facts(robot, shape), path_of(robot, shape)
@@ -174,7 +174,7 @@ def _renamed(shape: DraftShape, target: Path) -> str:
 
 def _meshes(edits: Sequence[Edit]) -> dict[Path, Callable[[Path], object]]:
     """The turned meshes, by the file that is to be made."""
-    from borecheck.mesh_file import write_stl
+    from borecheck.geometry.mesh_files.reading import write_stl
 
     meshes = dict(edit.mesh for edit in edits if edit.mesh is not None)
     for target in meshes:

@@ -3,17 +3,13 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from borecheck import urdf_source
 from borecheck.errors import UrdfError
-from borecheck.validation.draft import Robot
+from borecheck.robots.urdf import source as urdf_source
 from borecheck.validation.findings import Finding
 from borecheck.validation.options import Options
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.registry import find_check
-from borecheck.validation.suppress import (
-    Suppression,
-    suppressions_in,
-    suppressions_of,
-)
+from borecheck.validation.suppress import Suppression, suppressions_in, suppressions_of
 
 Loaded = tuple[Robot | Finding, tuple[Suppression, ...]]
 
@@ -54,7 +50,7 @@ def _load(
 
 
 def _load_xacro(path: Path, raw: bytes, options: Options) -> Loaded:
-    from borecheck.xacro_expand import expand
+    from borecheck.robots.urdf.xacro import expand
 
     try:
         expanded = expand(path, options.arguments, options.package_paths)

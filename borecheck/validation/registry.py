@@ -15,7 +15,7 @@ from borecheck.validation.findings import Severity
 from borecheck.validation.options import PROFILES
 
 if TYPE_CHECKING:
-    from borecheck.validation.draft import Robot
+    from borecheck.validation.reading.draft import Robot
 
 TIERS = ("document", "tree", "joints", "inertia", "geometry", "kinematics")
 STAGES = ("file", "robot", "meshes", "run")
@@ -104,26 +104,6 @@ def check(
 
 def all_checks() -> tuple[Check, ...]:
     """Every check, by code."""
-    from borecheck.validation import (  # noqa: F401  importing enters the checks
-        centres,
-        document,
-        geometry,
-        inertia,
-        joints,
-        limits,
-        mesh_files,
-        mesh_shape,
-        mimics,
-        names,
-        numbers,
-        references,
-        running,
-        self_contact,
-        sidecars,
-        spelling,
-        tree,
-    )
-
     return tuple(_CHECKS[code] for code in sorted(_CHECKS))
 
 

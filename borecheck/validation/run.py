@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from borecheck.validation.catalogue import all_checks, find_check
 from borecheck.validation.codes import codes_of
 from borecheck.validation.config import Settings, find_settings, options_with
-from borecheck.validation.draft import Robot
 from borecheck.validation.findings import Finding
 from borecheck.validation.load import Loaded, load_file, load_text
 from borecheck.validation.options import Options
-from borecheck.validation.registry import Check, Hit, all_checks, find_check
+from borecheck.validation.reading.draft import Robot
+from borecheck.validation.registry import Check, Hit
 
 # A file with thousands of equal faults needs no thousands of lines.
 MOST_PER_CHECK = 200
@@ -113,7 +114,7 @@ def findings_of(loaded: Loaded, options: Options) -> list[Finding]:
         ignored = options.ignore and robot.code.startswith(options.ignore)
         return [] if ignored else [robot]
     if options.run and any(options.wants(code) for code in RUN_CODES):
-        from borecheck.validation.running import start_voices
+        from borecheck.validation.checks.running import start_voices
 
         with np.errstate(all="ignore"):
             start_voices(robot)  # they load while the other checks run

@@ -5,16 +5,16 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from borecheck.errors import InputError, UsageError
-from borecheck.validation.draft import Robot
-from borecheck.validation.findings import Finding
-from borecheck.validation.load import Loaded, load_file
-from borecheck.validation.options import Options
-from borecheck.validation.self_contact import (
+from borecheck.validation.checks.self_contact import (
     ALWAYS,
     SOMETIMES,
     ContactTable,
     contact_table,
 )
+from borecheck.validation.findings import Finding
+from borecheck.validation.load import Loaded, load_file
+from borecheck.validation.options import Options
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.writing import write_text
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.errors import UrdfError
-from borecheck.urdf_source import Source, read, read_bytes
+from borecheck.robots.urdf.source import Source, read, read_bytes
 from borecheck.validation.codes import code_of
 from borecheck.validation.findings import Finding
 

@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.corridor import Corridor
 from borecheck.errors import BorecheckError, UsageError
-from borecheck.mesh import TriangleMesh
-from borecheck.plan_motion import PlanMotion
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.plans.corridor import Corridor
+from borecheck.plans.plan_motion import PlanMotion
 from borecheck.report.display import MOST_TRIANGLES
 from borecheck.report.thinning import thinned
 from borecheck.view.session import Session, Shown

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck import clearance
-from borecheck.contact_check import Settings, check_with, settings
-from borecheck.corridor import Corridor
-from borecheck.motion_check import configurations_at
-from borecheck.needle_plan import NeedlePlan
-from borecheck.plan_motion import PlanMotion, plan_motion
-from borecheck.robot import Robot, load_robot
-from borecheck.scene import Scene, read_obstacle
-from borecheck.verdict import CONTACT, Closest, Verdict
+from borecheck.contact import clearance
+from borecheck.contact.check import Settings, check_with, settings
+from borecheck.contact.verdict import CONTACT, Closest, Verdict
+from borecheck.motion.samples import configurations_at
+from borecheck.plans.corridor import Corridor
+from borecheck.plans.needle_plan import NeedlePlan
+from borecheck.plans.plan_motion import PlanMotion, plan_motion
+from borecheck.robots.robot import Robot, load_robot
+from borecheck.robots.scene import Scene, read_obstacle
 
 Array = NDArray[np.float64]
 
@@ -175,8 +175,8 @@ class Session:
         Raises:
             BorecheckError: It cannot be written.
         """
-        from borecheck.plan_file import plans_csv, plans_json
-        from borecheck.report.document import check_writable, write_whole
+        from borecheck.core.whole_files import check_writable, write_whole
+        from borecheck.plans.plan_file import plans_csv, plans_json
 
         check_writable(path)
         text = plans_json if path.suffix == ".json" else plans_csv
@@ -192,8 +192,8 @@ class Session:
             UnreachableError: The plan is out of reach.
             BorecheckError: The page cannot be written.
         """
+        from borecheck.core.whole_files import check_writable, write_whole
         from borecheck.report.display import display_block
-        from borecheck.report.document import check_writable, write_whole
         from borecheck.report.page import page
 
         check_writable(path)
@@ -203,7 +203,7 @@ class Session:
         return str(document["verdict"])
 
     def _document(self, q: Array, samples: int) -> dict[str, Any]:
-        from borecheck.path_check import check_motion
+        from borecheck.motion.check import check_motion
         from borecheck.report.document import (
             header,
             motion_block,

@@ -1,0 +1,106 @@
+"""Solids wholly inside others, which no triangle test can see, for robot and scene."""
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.contact.verdict import UNKNOWN, Containment
+from borecheck.core.se3 import inverse
+from borecheck.geometry.mesh.enlarge import Enlarged
+from borecheck.geometry.surfaces import Surface, surface
+from borecheck.geometry.triangles.placing import place_mesh, placed_bounds
+from borecheck.geometry.triangles.solid import contained
+from borecheck.robots.robot import Robot
+from borecheck.robots.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+def all_contained(
+    robot: Robot,
+    scene: Scene,
+    placements: dict[str, Array],
+    punctured: Collection[tuple[str, str]] = (),
+) -> list[Containment]:
+    """Pairs of which one holds the other, or for which that cannot be told.
+
+    Surfaces must be known not to meet. Open meshes give `unknown` unless the bounding
+    boxes answer for them.
+
+    Args:
+        robot: The robot.
+        scene: The scene.
+        placements: T_scene_link of every link.
+        punctured: Names of part and obstacle whose surfaces meet as planned: what is
+            inside there is the needle in its corridor.
+    """
+    found = []
+    for part in robot.parts:
+        a = surface(part.mesh)
+        for obstacle in scene.obstacles:
+            if (part.mesh.name, obstacle.name) in punctured:
+                continue
+            b = surface(obstacle.mesh)
+            T, names = placements[part.link], (part.mesh.name, obstacle.name)
+            found += _ask(*names, obstacle.role, a, T, b)
+    for i, j in robot.self_pairs:
+        first, second = robot.parts[i], robot.parts[j]
+        T_a, T_b = placements[first.link], placements[second.link]
+        a, b = surface(first.mesh), surface(second.mesh)
+        found += _ask(first.mesh.name, second.mesh.name, "self", a, T_a, b, T_b)
+    return found
+
+
+def lies_in_grown(grown: Enlarged, T_world_part: Array, obstacle: Surface) -> bool:
+    """Whether a component of the obstacle lies in the grown part, surfaces apart.
+
+    No triangle test sees it: a small obstacle between a part and the surface of what
+    the part grew to. The surfaces must be known not to meet.
+    """
+    low, high = placed_bounds(T_world_part, grown.mesh.bounds)
+    if not _has_component_within(obstacle, low, high):
+        return False
+    T_part_world = inverse(T_world_part)
+    near = np.stack(placed_bounds(T_part_world, obstacle.mesh.bounds))
+    return any(
+        contained(
+            place_mesh(T_world_part, solid), obstacle.mesh, None, obstacle.topology
+        ).kind
+        == "b_in_a"
+        for solid in grown.solids(near)
+    )
+
+
+def _has_component_within(obstacle: Surface, low: Array, high: Array) -> bool:
+    corners = obstacle.mesh.corners
+    outside = ~((corners >= low) & (corners <= high)).all(axis=(1, 2))
+    component = obstacle.topology.component
+    return bool(np.unique(component[outside]).size < component.max() + 1)
+
+
+def _ask(
+    name_a: str,
+    name_b: str,
+    role: str,
+    a: Surface,
+    T_a: Array,
+    b: Surface,
+    T_b: Array | None = None,
+) -> list[Containment]:
+    if boxes_apart(a, T_a, b, T_b):
+        return []
+    placed_a = place_mesh(T_a, a.mesh)
+    placed_b = b.mesh if T_b is None else place_mesh(T_b, b.mesh)
+    answer = contained(placed_a, placed_b, a.topology, b.topology)
+    if answer.kind == "none":
+        return []
+    state = UNKNOWN if answer.kind == "unknown" else answer.kind
+    return [Containment(name_a, name_b, role, state, answer.reason)]
+
+
+def boxes_apart(a: Surface, T_a: Array, b: Surface, T_b: Array | None) -> bool:
+    """Whether the boxes of the placed meshes surely do not meet (spares placing)."""
+    low_a, high_a = placed_bounds(T_a, a.mesh.bounds)
+    low_b, high_b = b.mesh.bounds if T_b is None else placed_bounds(T_b, b.mesh.bounds)
+    return bool((low_a > high_b).any() or (low_b > high_a).any())

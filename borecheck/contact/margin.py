@@ -1,0 +1,88 @@
+"""The three meanings of a safety margin, by name.
+
+offset: the true distance must exceed it. enlarge-axes: the robot grows by it along
+each axis ([Matsuno2020] section 4.1), in body or world axes. security: Coal's own.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.errors import UnknownNameError, UsageError
+from borecheck.geometry.mesh.enlarge import Enlarged, enlarge
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+
+OFFSET = "offset"
+ENLARGE_BODY = "enlarge-axes"
+ENLARGE_WORLD = "enlarge-axes:world"
+SECURITY = "security"
+KINDS = (OFFSET, ENLARGE_BODY, ENLARGE_WORLD, SECURITY)
+
+_ALLOWED = {
+    "exact": (OFFSET, ENLARGE_BODY, ENLARGE_WORLD),
+    "two-sided": (OFFSET, ENLARGE_BODY, ENLARGE_WORLD),
+    "paper:robot": (ENLARGE_BODY, ENLARGE_WORLD),
+    "paper:scanner": (ENLARGE_BODY, ENLARGE_WORLD),
+    "coal": (SECURITY, ENLARGE_BODY, ENLARGE_WORLD),
+}
+
+
+@dataclass(frozen=True)
+class Margin:
+    """A required clearance.
+
+    Attributes:
+        size: [m], not negative.
+        kind: One of KINDS.
+    """
+
+    size: float
+    kind: str
+
+    @property
+    def enlarges(self) -> bool:
+        """Whether the robot's geometry itself grows."""
+        return self.size > 0.0 and self.kind in (ENLARGE_BODY, ENLARGE_WORLD)
+
+
+# A margin of this size leaves no room for a robot anywhere: a mistaken unit, [m].
+LARGEST_MARGIN = 10.0
+
+NO_MARGIN = Margin(0.0, OFFSET)
+
+
+def margin_for(checker: str, size: float, kind: str | None = None) -> Margin:
+    """The margin a checker is to keep; each checker has its natural kind.
+
+    Raises:
+        UnknownNameError: No such kind.
+        UsageError: Negative, not finite, or a kind that the checker does not take.
+    """
+    if not (np.isfinite(size) and size >= 0.0):
+        raise UsageError(f"margin {size} m is not a length of 0 or more")
+    if size > LARGEST_MARGIN:
+        raise UsageError(f"margin {size:g} m is no clearance: are these millimetres?")
+    if kind is None:
+        return Margin(float(size), _ALLOWED[checker][0])
+    if kind not in KINDS:
+        raise UnknownNameError("margin kind", kind, KINDS)
+    if kind not in _ALLOWED[checker]:
+        takes = ", ".join(_ALLOWED[checker])
+        raise UsageError(f"checker {checker} takes no {kind} margin, only {takes}")
+    return Margin(float(size), kind)
+
+
+def enlarged(
+    mesh: TriangleMesh, margin: Margin, R_world_link: NDArray[np.float64]
+) -> Enlarged:
+    """The link's mesh grown by the margin, in the link's frame, with a map back."""
+    if margin.kind == ENLARGE_BODY:
+        return _in_body_axes(mesh, margin.size)
+    return enlarge(mesh, margin.size, R_world_link.T)
+
+
+@lru_cache(maxsize=256)
+def _in_body_axes(mesh: TriangleMesh, size: float) -> Enlarged:
+    return enlarge(mesh, size)

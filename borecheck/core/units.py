@@ -1,0 +1,81 @@
+"""Quantities with units as users type them: `20mm`, `15deg`, `0.02m`."""
+
+import math
+import re
+
+import numpy as np
+
+from borecheck.core.se3 import Array, transform
+from borecheck.errors import UsageError
+
+LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
+ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180.0}
+
+# Whatever is placed in a scanner room stands nearer than this, [m].
+FARTHEST_POSE = 10.0
+
+_QUANTITY = re.compile(
+    r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*", re.ASCII
+)
+
+
+def parse_length(text: str) -> float:
+    """A length in [m]; a bare number is metres.
+
+    Raises:
+        UsageError: No number, not finite, or a unit that is no length.
+    """
+    return _parse(text, "length", LENGTH_UNITS, "m")
+
+
+def parse_angle(text: str) -> float:
+    """An angle in [rad]; a bare number is radians."""
+    return _parse(text, "angle", ANGLE_UNITS, "rad")
+
+
+def parse_joint_value(text: str, *, revolute: bool) -> float:
+    """A joint position in SI, for a revolute or a prismatic joint."""
+    return parse_angle(text) if revolute else parse_length(text)
+
+
+def parse_pair(text: str, option: str) -> tuple[str, str]:
+    """Name and value of an option typed as NAME=VALUE.
+
+    Raises:
+        UsageError: No `=`, or no name.
+    """
+    name, equals, value = text.partition("=")
+    if not equals or not name:
+        raise UsageError(f"{option} {text!r} is not NAME=VALUE")
+    return name, value
+
+
+def parse_pose(text: str) -> Array:
+    """A placement `x,y,z[,roll,pitch,yaw]` as a (4, 4) transform."""
+    parts = text.split(",")
+    if len(parts) not in (3, 6):
+        raise UsageError(f"pose {text!r} has {len(parts)} numbers, not 3 or 6")
+    xyz = [parse_length(part) for part in parts[:3]]
+    if max(map(abs, xyz)) > FARTHEST_POSE:
+        raise UsageError(
+            f"pose {text!r} lies beyond {FARTHEST_POSE:g} m: are these millimetres? "
+            "Bare numbers are metres; write for example 800mm,0,0"
+        )
+    rpy = [parse_angle(part) for part in parts[3:]] or [0.0, 0.0, 0.0]
+    return transform(np.array(xyz), np.array(rpy))
+
+
+def _parse(text: str, kind: str, units: dict[str, float], bare: str) -> float:
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        example = "0.02 or 20mm" if kind == "length" else "0.2 or 15deg"
+        raise UsageError(f"{text!r} is no {kind}; write for example {example}")
+    number, unit = match.groups()
+    if unit and unit not in units:
+        raise UsageError(
+            f"{text!r} is no {kind}: unit {unit!r} is none of {', '.join(units)}"
+        )
+    value = float(number) * units[unit or bare]
+    if not math.isfinite(value):
+        raise UsageError(f"{text!r} is too large for a {kind}")
+    return value

@@ -1,0 +1,1 @@
+"""Coal's trees and narrowphase; the only place that imports coal."""

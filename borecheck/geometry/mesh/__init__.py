@@ -1,0 +1,1 @@
+"""One triangle mesh: its arrays, primitives, patches and enlarged forms."""

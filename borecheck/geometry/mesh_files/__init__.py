@@ -1,0 +1,1 @@
+"""STL, OBJ, PLY and Collada files read strictly: all of a file, or a refusal."""

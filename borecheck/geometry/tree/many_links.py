@@ -1,0 +1,393 @@
+"""Many configurations in one call: links that move against what stands in the room.
+
+The answers are those of single `MeshTree` queries, pose by pose and pair by pair: the
+same compiled walks, without a Python call for each.
+
+Give the trees as `PackedTrees` to calls that come often: lists of trees are packed
+(copied one behind the other) in every call.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.errors import GeometryError
+from borecheck.geometry.tree import clearance as bvh_clearance
+from borecheck.geometry.tree import query as bvh_query
+from borecheck.geometry.tree.addresses import PairBook
+from borecheck.geometry.tree.mesh_tree import (
+    NOT_ASKED,
+    NOT_ASKED_BOOL,
+    MeshTree,
+    reject_placement,
+)
+from borecheck.geometry.tree.packed import PackedTrees
+from borecheck.geometry.tree.query import NO_PAIR
+from borecheck.geometry.triangles.narrowphase import narrowphase_code
+
+Trees = PackedTrees | Sequence[MeshTree]
+Floats = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
+# Triangle pairs found at first without asking again for more room.
+_FIRST_ROOM = 2048
+_FIRST, _ALL = bvh_query.FIRST, bvh_query.ALL
+_FLOAT = np.dtype(np.float64)
+_NOTHING = np.zeros((0, bvh_query.FOUND_COLUMNS), np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class MovingLinks:
+    """Links and what they may touch, checked and packed once for many calls.
+
+    Attributes:
+        links: Trees of the links.
+        others: Trees of the obstacles, or the links themselves.
+        pairs: Which link against which other, (p, 2), in the order they are asked.
+        T_world_others: Placements of the obstacles, (1, k, 4, 4); None if the others
+            are the links.
+    """
+
+    links: PackedTrees
+    others: PackedTrees
+    pairs: Ids
+    T_world_others: Floats | None
+
+    @classmethod
+    def against(
+        cls,
+        links: Trees,
+        obstacles: Trees,
+        T_world_obstacles: ArrayLike | None = None,
+    ) -> "MovingLinks":
+        """Every link against every obstacle; obstacles stand still.
+
+        Args:
+            links: Trees of the links.
+            obstacles: Trees of the obstacles.
+            T_world_obstacles: Their placements, (k, 4, 4); default: in the world.
+
+        Raises:
+            GeometryError: Placements of wrong shape or not rigid.
+        """
+        links, obstacles = _packed(links), _packed(obstacles)
+        count = len(obstacles)
+        placements = np.tile(np.eye(4), (1, count, 1, 1))
+        if T_world_obstacles is not None:
+            given = np.array(T_world_obstacles, np.float64, order="C")
+            if given.shape != (count, 4, 4):
+                raise GeometryError(
+                    f"T_world_obstacles has shape {given.shape}, not ({count}, 4, 4)"
+                )
+            placements = given[None]
+            for k in range(count):
+                reject_placement(given[k], f"T_world_obstacles[{k}]")
+        each = [(a, b) for a in range(len(links)) for b in range(count)]
+        pairs = np.array(each, np.int64).reshape(-1, 2)
+        return cls(links, obstacles, pairs, placements)
+
+    @classmethod
+    def among(cls, links: Trees, link_pairs: ArrayLike) -> "MovingLinks":
+        """Links against each other: the pairs of links listed, (p, 2).
+
+        Raises:
+            GeometryError: Pairs of wrong shape, or naming a link that is not there.
+        """
+        links = _packed(links)
+        pairs = np.array(link_pairs, np.int64, order="C").reshape(-1, 2)
+        if len(pairs) and (pairs.min() < 0 or pairs.max() >= len(links)):
+            raise GeometryError(f"link_pairs name links beyond the {len(links)} given")
+        return cls(links, links, pairs, None)
+
+    def first_pairs(
+        self, placements: ArrayLike, narrowphase: str = "exact", threads: int = 1
+    ) -> Ids:
+        """For every pose the first of `pairs` that is in contact, or -1, (n,).
+
+        Args:
+            placements: T_world_link of every pose, (n, links, 4, 4).
+            narrowphase: As in `MeshTree.first_contact`; links are the robot's.
+            threads: How many poses are worked on at once.
+
+        Raises:
+            GeometryError: Placements of wrong shape or not rigid: which pose and link.
+            UnknownNameError: No such narrowphase.
+        """
+        placements = self._checked(placements)
+        hits = np.empty(len(placements), np.int64)
+        self._first(placements, narrowphase, threads, hits, NOT_ASKED_BOOL)
+        return hits
+
+    def first_contacts(
+        self, placements: ArrayLike, narrowphase: str = "exact", threads: int = 1
+    ) -> NDArray[np.bool_]:
+        """Whether anything touches, pose by pose, (n,); see `first_pairs`."""
+        placements = self._checked(placements)
+        touches = np.empty(len(placements), np.bool_)
+        self._first(placements, narrowphase, threads, NOT_ASKED, touches)
+        return touches
+
+    def first_pair(self, T_world_links: Floats, narrowphase: str = "exact") -> int:
+        """The first of `pairs` that is in contact in one pose, or -1.
+
+        What `first_pairs` answers, with the least work around the search: for callers
+        that ask pose by pose.
+
+        Args:
+            T_world_links: (links, 4, 4), float64.
+            narrowphase: As in `first_pairs`.
+
+        Raises:
+            GeometryError: Placements of wrong shape or not rigid: which link.
+            UnknownNameError: No such narrowphase.
+        """
+        placements = self._checked(T_world_links[None])
+        code = narrowphase_code(narrowphase)
+        return self._search(placements, 0, 1, code, _FIRST)[1]
+
+    def _first(
+        self,
+        placements: Floats,
+        narrowphase: str,
+        threads: int,
+        hits: Ids,
+        touches: NDArray[np.bool_],
+    ) -> None:
+        """Fills one of the two: first pairs, or whether there is one."""
+        code, count = narrowphase_code(narrowphase), len(placements)
+        if threads == 1:
+            self._search(placements, 0, count, code, _FIRST, hits, touches)
+            return
+
+        def run(begin: int, end: int) -> None:
+            self._search(placements, begin, end, code, _FIRST, hits, touches)
+
+        _in_threads(run, count, threads)
+
+    def contacts(self, placements: ArrayLike, narrowphase: str = "exact") -> Ids:
+        """All triangle pairs in contact, sorted, (k, 4).
+
+        Columns: pose, row of `pairs`, triangle of the link, triangle of the other, both
+        as original ids. Arguments and errors as in `first_pairs`.
+        """
+        placements = self._checked(placements)
+        code, end = narrowphase_code(narrowphase), len(placements)
+        count, room = _FIRST_ROOM, 0
+        while count > room:
+            room = count
+            found = np.empty((room, bvh_query.FOUND_COLUMNS), np.int64)
+            count, _ = self._search(
+                placements, 0, end, code, _ALL, NOT_ASKED, NOT_ASKED_BOOL, found
+            )
+        return found[:count].copy()
+
+    def clearances(
+        self, placements: ArrayLike, relative_tolerance: float = 0.0, threads: int = 1
+    ) -> Floats:
+        """Certified bounds of the least distance of all pairs, pose by pose, (n, 2).
+
+        Lower and upper as in `MeshTree.clearance`; (0, 0) where anything touches.
+        Poses without any pair have infinite bounds.
+        """
+        return self._clearances(placements, relative_tolerance, threads, each=False)[0]
+
+    def nearest_pairs(
+        self, placements: ArrayLike, relative_tolerance: float = 0.0, threads: int = 1
+    ) -> tuple[Floats, Ids]:
+        """As `clearances`, and the row of `pairs` where `upper` was found, (n,)."""
+        return self._clearances(placements, relative_tolerance, threads, each=False)
+
+    def pair_clearances(
+        self, placements: ArrayLike, relative_tolerance: float = 0.0, threads: int = 1
+    ) -> Floats:
+        """Certified bounds of the distance of every pair, (n, p, 2)."""
+        return self._clearances(placements, relative_tolerance, threads, each=True)[0]
+
+    def _clearances(
+        self,
+        placements: ArrayLike,
+        relative_tolerance: float,
+        threads: int,
+        each: bool,
+    ) -> tuple[Floats, Ids]:
+        if not (math.isfinite(relative_tolerance) and relative_tolerance >= 0.0):
+            raise GeometryError(f"relative_tolerance is {relative_tolerance}")
+        placements = self._checked(placements)
+        shape = (len(placements), len(self.pairs) if each else 1, 1)
+        answers = np.tile(np.array(bvh_clearance.NO_ANSWER), shape)
+        scale = 1.0 + relative_tolerance
+
+        def run(begin: int, end: int) -> None:
+            self._nearest(placements, begin, end, scale, answers)
+
+        self._mark_contacts(placements, threads, answers, each)
+        _in_threads(run, len(placements), threads)
+        lower, upper = (
+            answers[..., bvh_clearance.LOWER],
+            answers[..., bvh_clearance.UPPER],
+        )
+        bounds = np.stack([np.maximum(np.minimum(lower, upper), 0.0), upper], axis=-1)
+        pairs = answers[..., bvh_clearance.PAIR].astype(np.int64)
+        return (bounds, pairs) if each else (bounds[:, 0], pairs[:, 0])
+
+    def _mark_contacts(
+        self, placements: Floats, threads: int, answers: Floats, each: bool
+    ) -> None:
+        """Sets the answers of what is in contact to 0."""
+        parts = [self]
+        if each:
+            rows = range(len(self.pairs))
+            parts = [replace(self, pairs=self.pairs[k : k + 1]) for k in rows]
+        for column, part in enumerate(parts):
+            hits = part.first_pairs(placements, threads=threads)
+            touching = hits != NO_PAIR
+            answers[touching, column] = 0.0
+            answers[touching, column, bvh_clearance.PAIR] = hits[touching] + column
+
+    def _search(
+        self,
+        placements: Floats,
+        begin: int,
+        end: int,
+        code: int,
+        task: int,
+        hits: Ids = NOT_ASKED,
+        touches: NDArray[np.bool_] = NOT_ASKED_BOOL,
+        found: Ids = _NOTHING,
+    ) -> tuple[int, int]:
+        """Number of triangle pairs found, and the last pose's first pair or -1.
+
+        Fills what is given.
+        """
+        others = self.T_world_others
+        count, _, bad, hit = bvh_query.search(
+            self._book.entries,
+            placements,
+            placements if others is None else others,
+            others is None,
+            begin,
+            end,
+            code,
+            task,
+            0.0,
+            hits,
+            touches,
+            found,
+        )
+        if bad >= 0:
+            for k, T in enumerate(placements[bad]):
+                reject_placement(T, f"placements[{bad}, {k}]")
+        return count, hit
+
+    def _nearest(
+        self,
+        placements: Floats,
+        begin: int,
+        end: int,
+        scale: float,
+        answers: Floats,
+    ) -> None:
+        moving = self.T_world_others is None
+        bvh_clearance.nearest(
+            *self._trees,
+            placements,
+            placements if moving else self.T_world_others,
+            moving,
+            begin,
+            end,
+            self._depths,
+            scale,
+            math.inf,
+            -1.0,
+            answers,
+        )
+
+    @cached_property
+    def _shape(self) -> tuple[int, int, int]:
+        """Of the placements of one pose."""
+        return len(self.links), 4, 4
+
+    @cached_property
+    def _book(self) -> PairBook:
+        return PairBook(self.links.book, self.others.book, self.pairs)
+
+    @cached_property
+    def _trees(self) -> tuple[NDArray[Any], ...]:
+        """What every kernel takes first."""
+        links, others = self.links, self.others
+        of_links = links.nodes, links.corners, links.frames
+        return (*of_links, others.nodes, others.corners, others.frames, self.pairs)
+
+    @cached_property
+    def _depths(self) -> int:
+        return self.links.depth + self.others.depth
+
+    def _checked(self, placements: ArrayLike) -> Floats:
+        """Placements as kernels take them: contiguous, float64, writable."""
+        if (
+            type(placements) is np.ndarray
+            and placements.dtype == _FLOAT
+            and placements.flags.carray
+            and placements.ndim == 4
+            and placements.shape[1:] == self._shape
+        ):
+            return placements  # the usual case, without the cost of asking more
+        array = np.ascontiguousarray(placements, dtype=np.float64)
+        if array.ndim != 4 or array.shape[1:] != self._shape:
+            raise GeometryError(
+                f"placements have shape {array.shape}, not (n, {len(self.links)}, 4, 4)"
+            )
+        return array if array.flags.writeable else array.copy()
+
+
+def first_contacts(
+    links: Trees,
+    obstacles: Trees,
+    placements: ArrayLike,
+    T_world_obstacles: ArrayLike | None = None,
+    narrowphase: str = "exact",
+    threads: int = 1,
+) -> NDArray[np.bool_]:
+    """Whether any link touches any obstacle, pose by pose, (n,).
+
+    See `MovingLinks.against` and `MovingLinks.first_pairs` for arguments and errors.
+    """
+    scene = MovingLinks.against(links, obstacles, T_world_obstacles)
+    return scene.first_contacts(placements, narrowphase, threads)
+
+
+def first_self_contacts(
+    links: Trees,
+    link_pairs: ArrayLike,
+    placements: ArrayLike,
+    narrowphase: str = "exact",
+    threads: int = 1,
+) -> NDArray[np.bool_]:
+    """Whether any of the listed pairs of links touch, pose by pose, (n,)."""
+    scene = MovingLinks.among(links, link_pairs)
+    return scene.first_contacts(placements, narrowphase, threads)
+
+
+def _packed(trees: Trees) -> PackedTrees:
+    return trees if isinstance(trees, PackedTrees) else PackedTrees(trees)
+
+
+def _in_threads(run: Callable[[int, int], None], count: int, threads: int) -> None:
+    """Calls run(begin, end) for consecutive stretches of poses, one to a thread."""
+    if threads < 1:
+        raise GeometryError(f"threads is {threads}, not a number of threads")
+    if threads == 1 or count < 2:
+        run(0, count)
+        return
+    borders = np.linspace(0, count, min(threads, count) + 1).astype(int).tolist()
+    with ThreadPoolExecutor(threads) as pool:
+        jobs = [pool.submit(run, begin, end) for begin, end in pairwise(borders)]
+        for job in jobs:
+            job.result()

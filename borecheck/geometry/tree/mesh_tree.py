@@ -1,0 +1,441 @@
+"""A mesh made ready for contact and clearance queries: `MeshTree`."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.core import cache
+from borecheck.core.se3 import check_transform
+from borecheck.errors import GeometryError
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.tree import clearance as bvh_clearance
+from borecheck.geometry.tree import query as bvh_query
+from borecheck.geometry.tree.addresses import Book, PairBook
+from borecheck.geometry.tree.boxes import LARGEST_COORDINATE
+from borecheck.geometry.tree.build import CHILD_ROW, ROWS, WIDTH, TreeArrays, build
+from borecheck.geometry.triangles.narrowphase import narrowphase_code
+
+# Below this, building is quicker than finding the file.
+CACHED_TRIANGLES = 20_000
+CACHE_KIND = "tree-1"
+
+Placement = NDArray[np.float64]
+
+# A lone tree against a lone tree.
+_ONE_PAIR = np.zeros((1, 2), np.int64)
+# For answers of `bvh_query.search` that nobody asks for.
+NOT_ASKED, NOT_ASKED_BOOL = np.zeros(0, np.int64), np.zeros(0, np.bool_)
+# Contacts found at first without asking again for more room.
+_FIRST_ROOM = 2048
+
+
+@dataclass(frozen=True, eq=False)
+class Closest:
+    """Two nearest points of two meshes.
+
+    Attributes:
+        distance: Between them, [m]; 0 if the surfaces meet.
+        lower: Certified lower bound of the distance of the surfaces, [m].
+        upper: Certified upper bound, [m].
+        point_self: On the first mesh, (3,), world, [m].
+        point_other: On the other mesh, (3,), world, [m].
+        triangle_self: Original id of the triangle that holds `point_self`.
+        triangle_other: Original id of the triangle that holds `point_other`.
+    """
+
+    distance: float
+    lower: float
+    upper: float
+    point_self: NDArray[np.float64]
+    point_other: NDArray[np.float64]
+    triangle_self: int
+    triangle_other: int
+
+
+@dataclass(frozen=True)
+class Within:
+    """Whether two surfaces come as near as a margin.
+
+    Attributes:
+        verdict: "contact" (distance <= margin), "clear" (distance > margin) or
+            "undecided" (they differ by less than the error of the distance).
+        lower: Certified lower bound of the distance, [m]; above the margin if clear
+            (for a margin of 0 it is 0: the exact predicate is the certificate).
+        upper: Certified upper bound; infinite if nothing as near as the margin was met.
+    """
+
+    verdict: Literal["clear", "contact", "undecided"]
+    lower: float
+    upper: float
+
+
+class MeshTree:
+    """A mesh and its tree of boxes, built once in the mesh's own frame.
+
+    The arrays are copied. Trees of large meshes are kept on disk under the hash of
+    the mesh's numbers, see `borecheck.core.cache`.
+
+    Args:
+        vertices: Points, (n, 3), [m].
+        triangles: Vertex indices, (m, 3).
+        cached: Whether the tree may be read from and written to the disk cache.
+
+    Raises:
+        GeometryError: Wrong shapes, no triangles, numbers that are not finite or not
+            indices.
+    """
+
+    def __init__(
+        self, vertices: ArrayLike, triangles: ArrayLike, *, cached: bool = True
+    ) -> None:
+        mesh = _checked_mesh(vertices, triangles)
+        corners = mesh.vertices[mesh.triangles].reshape(-1, 9)
+        tree = _tree_of(mesh, corners, cached)
+        self.nodes = tree.nodes
+        self.order = tree.order
+        self.depth = tree.depth
+        self.corners = corners[tree.order]
+        # Of one tree, as kernels take it of many: node 0 is the first.
+        self.frames = np.append(tree.frame, 0.0)[None]
+        self.book = Book(self.nodes, self.corners, self.order, self.frames, self.depth)
+
+    @classmethod
+    def of(cls, mesh: TriangleMesh, *, cached: bool = True) -> "MeshTree":
+        """The tree of a mesh record."""
+        return cls(mesh.vertices, mesh.triangles, cached=cached)
+
+    @property
+    def triangle_count(self) -> int:
+        """Number of triangles."""
+        return len(self.order)
+
+    def first_contact(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        narrowphase: str = "exact",
+    ) -> bool:
+        """Whether any triangle of this mesh meets any of the other one.
+
+        Args:
+            other: The obstacle.
+            T_self: Placement of this mesh, T_world_self, (4, 4).
+            T_other: Placement of the other mesh, T_world_other, (4, 4).
+            narrowphase: "exact", "two-sided", "paper:robot" or "paper:scanner"; this
+                mesh is the robot's.
+
+        Raises:
+            GeometryError: A placement that is no rigid transform.
+            UnknownNameError: No such narrowphase.
+        """
+        task = bvh_query.FIRST
+        count, _, _ = self._search(other, T_self, T_other, narrowphase, task)
+        return bool(count > 0)
+
+    def contacts(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        narrowphase: str = "exact",
+    ) -> NDArray[np.int64]:
+        """All pairs of triangles that meet, (k, 2), as original ids, sorted.
+
+        Arguments and errors as in `first_contact`.
+        """
+        pairs, _ = self.contacts_counted(other, T_self, T_other, narrowphase)
+        return pairs
+
+    def contacts_counted(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        narrowphase: str = "exact",
+    ) -> tuple[NDArray[np.int64], int]:
+        """`contacts`, and how many triangle pairs the narrowphase examined.
+
+        All other pairs were pruned: their boxes are surely apart.
+        """
+        task = bvh_query.ALL
+        _, examined, found = self._search(other, T_self, T_other, narrowphase, task)
+        return np.ascontiguousarray(found), examined
+
+    def candidates(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        inflate: float = 0.0,
+    ) -> NDArray[np.int64]:
+        """Pairs of triangles whose boxes may meet, (k, 2), as original ids, sorted.
+
+        Every pair nearer than `inflate` [m] is among them.
+        """
+        if not (math.isfinite(inflate) and inflate >= 0.0):
+            raise GeometryError(f"inflate is {inflate}, not a distance in metres")
+        task = bvh_query.BOXES
+        _, _, found = self._search(other, T_self, T_other, "exact", task, inflate)
+        return np.ascontiguousarray(found)
+
+    def clearance(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        relative_tolerance: float = 0.0,
+    ) -> tuple[float, float]:
+        """Certified bounds of the distance between both surfaces, (lower, upper) [m].
+
+        (0, 0) exactly if they meet by the exact predicate. Otherwise lower <= distance
+        <= upper; with a tolerance of 0 they differ by no more than twice
+        `triangle_distance.DISTANCE_ERROR` times the size of the nearest pair of
+        triangles, else upper <= (1 + relative_tolerance) * lower besides that error. A
+        tolerance of 0.1 is 5 to 100 times cheaper than 0.
+
+        Raises:
+            GeometryError: A placement that is no rigid transform, or a tolerance that
+                is negative or not finite.
+        """
+        if not (math.isfinite(relative_tolerance) and relative_tolerance >= 0.0):
+            raise GeometryError(f"relative_tolerance is {relative_tolerance}")
+        if self.first_contact(other, T_self, T_other):
+            return 0.0, 0.0
+        answer = self._nearest(other, T_self, T_other, 1.0 + relative_tolerance)
+        return _bounds(answer)
+
+    def closest(
+        self, other: "MeshTree", T_self: ArrayLike, T_other: ArrayLike
+    ) -> "Closest":
+        """Two nearest points, in the world, and the triangles that hold them.
+
+        If the surfaces meet, the distance is 0 and the triangles are the first pair in
+        contact that was found; the points are theirs, near each other but not
+        necessarily one.
+        """
+        task = bvh_query.FIRST
+        count, _, found = self._search(other, T_self, T_other, "exact", task)
+        lower, upper = 0.0, 0.0
+        if count:
+            leaf_a, leaf_b = int(found[0, 0]), int(found[0, 1])
+        else:
+            answer = self._nearest(other, T_self, T_other, 1.0)
+            lower, upper = _bounds(answer)
+            leaf_a = _leaf(self.nodes, int(answer[bvh_clearance.SLOT_A]))
+            leaf_b = _leaf(other.nodes, int(answer[bvh_clearance.SLOT_B]))
+        distance, p, q = bvh_clearance.nearest_points(
+            self.corners,
+            placement(T_self, "T_self"),
+            leaf_a,
+            other.corners,
+            placement(T_other, "T_other"),
+            leaf_b,
+        )
+        return Closest(
+            0.0 if count else distance,
+            lower,
+            upper,
+            np.array(p),
+            np.array(q),
+            int(self.order[leaf_a]),
+            int(other.order[leaf_b]),
+        )
+
+    def within(
+        self, other: "MeshTree", T_self: ArrayLike, T_other: ArrayLike, margin: float
+    ) -> "Within":
+        """Whether the surfaces come as near as `margin` [m]; certified both ways.
+
+        Cheaper than `clearance`: ends at the first pair that is near enough, and opens
+        no box that is farther away.
+
+        Raises:
+            GeometryError: A placement that is no rigid transform, or a margin that is
+                negative or not finite.
+        """
+        if not (math.isfinite(margin) and margin >= 0.0):
+            raise GeometryError(f"margin is {margin}, not a distance in metres")
+        if self.first_contact(other, T_self, T_other):
+            return Within("contact", 0.0, 0.0)
+        if margin == 0.0:  # not in contact, exactly
+            return Within("clear", 0.0, math.inf)
+        # Distances that cannot be told from the margin are looked at as well.
+        cutoff = margin * (1.0 + 1e-9)
+        answer = self._nearest(other, T_self, T_other, 1.0, cutoff, margin)
+        lower, upper = _bounds(answer)
+        if upper <= margin:
+            return Within("contact", 0.0, upper)
+        return Within("clear" if lower > margin else "undecided", lower, upper)
+
+    def _nearest(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        scale: float,
+        cutoff: float = math.inf,
+        stop: float = -1.0,
+    ) -> NDArray[np.float64]:
+        """The answer of `bvh_clearance.nearest`; placements known to be rigid."""
+        answers = np.array([[bvh_clearance.NO_ANSWER]])
+        bvh_clearance.nearest(
+            self.nodes,
+            self.corners,
+            self.frames,
+            other.nodes,
+            other.corners,
+            other.frames,
+            _ONE_PAIR,
+            placement(T_self, "T_self"),
+            placement(T_other, "T_other"),
+            False,
+            0,
+            1,
+            self.depth + other.depth,
+            scale,
+            cutoff,
+            stop,
+            answers,
+        )
+        return answers[0, 0]
+
+    def _search(
+        self,
+        other: "MeshTree",
+        T_self: ArrayLike,
+        T_other: ArrayLike,
+        narrowphase: str,
+        task: int,
+        inflate: float = 0.0,
+    ) -> tuple[int, int, NDArray[np.int64]]:
+        """Number of pairs found, number examined, and what `search` found, (k, 2)."""
+        T_self, T_other = placement(T_self, "T_self"), placement(T_other, "T_other")
+        code = narrowphase_code(narrowphase)
+        book = PairBook(self.book, other.book, _ONE_PAIR)
+        room = 1 if task == bvh_query.FIRST else _FIRST_ROOM
+        while True:
+            found = np.empty((room, bvh_query.FOUND_COLUMNS), np.int64)
+            count, examined, bad, _ = bvh_query.search(
+                book.entries,
+                T_self,
+                T_other,
+                False,
+                0,
+                1,
+                code,
+                task,
+                inflate,
+                NOT_ASKED,
+                NOT_ASKED_BOOL,
+                found,
+            )
+            if bad >= 0:
+                reject_placement(T_self[0, 0], "T_self")
+                reject_placement(T_other[0, 0], "T_other")
+            if count <= room:
+                return count, examined, found[:count, 2:]
+            room = count
+
+
+def _bounds(answer: NDArray[np.float64]) -> tuple[float, float]:
+    lower, upper = answer[bvh_clearance.LOWER], answer[bvh_clearance.UPPER]
+    return max(0.0, float(min(lower, upper))), float(upper)
+
+
+def _leaf(nodes: NDArray[np.float32], slot: int) -> int:
+    """The leaf in a slot of the tree, see `bvh_boxes.child_box`."""
+    return ~int(nodes.view(np.int32)[slot >> 3, CHILD_ROW, slot & 7])
+
+
+def placement(T: ArrayLike, name: str) -> Placement:
+    """T as kernels take many: (1, 1, 4, 4); they check that it is rigid."""
+    T = np.array(T, dtype=np.float64, order="C")
+    if T.shape != (4, 4):
+        raise GeometryError(f"{name} has shape {T.shape}, not (4, 4)")
+    return T.reshape(1, 1, 4, 4)
+
+
+def reject_placement(T: Placement, name: str) -> None:
+    """Raises if a transform is not rigid, or too far for boxes of float32.
+
+    Raises:
+        GeometryError: With what is wrong.
+    """
+    check_transform(T, name)
+    if np.abs(T[:3, 3]).max() > LARGEST_COORDINATE:
+        raise GeometryError(f"{name} shifts by more than {LARGEST_COORDINATE:g} m")
+
+
+def _checked_mesh(vertices: ArrayLike, triangles: ArrayLike) -> TriangleMesh:
+    ids = np.asarray(triangles)
+    if ids.dtype.kind not in "iu":
+        raise GeometryError(f"triangles are {ids.dtype}, not vertex indices")
+    mesh = TriangleMesh("of the tree", np.asarray(vertices, np.float64), ids)
+    if np.abs(mesh.vertices).max() > LARGEST_COORDINATE:
+        raise GeometryError(
+            f"mesh of the tree: a coordinate exceeds {LARGEST_COORDINATE:g} m"
+        )
+    return mesh
+
+
+def _tree_of(
+    mesh: TriangleMesh, corners: NDArray[np.float64], cached: bool
+) -> TreeArrays:
+    if not cached or len(corners) < CACHED_TRIANGLES:
+        return build(corners)
+    stored = _read_tree(mesh.sha256, len(corners))
+    if stored is not None:
+        return stored
+    tree = build(corners)
+    arrays: cache.Arrays = {
+        "nodes": tree.nodes,
+        "order": tree.order.astype(np.int32),
+        "frame": tree.frame,
+        "depth": np.array(tree.depth),
+    }
+    cache.store(CACHE_KIND, mesh.sha256, arrays)
+    return tree
+
+
+def _read_tree(key: str, count: int) -> TreeArrays | None:
+    """The cached tree of a mesh with so many triangles, if it is there and sound."""
+    arrays = cache.load(CACHE_KIND, key)
+    if arrays is None:
+        return None
+    try:
+        tree = TreeArrays(
+            np.ascontiguousarray(arrays["nodes"], np.float32),
+            arrays["order"].astype(np.int64),
+            np.ascontiguousarray(arrays["frame"], np.float64),
+            int(arrays["depth"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        cache.warn_damaged(CACHE_KIND, key, repr(error))
+        return None
+    if not _is_sound(tree, count):
+        cache.warn_damaged(CACHE_KIND, key, "not a tree of this mesh")
+        return None
+    return tree
+
+
+def _is_sound(tree: TreeArrays, count: int) -> bool:
+    """Whether following the tree stays inside its arrays and reaches every triangle.
+
+    The kernels check no index: a wrong reference would read foreign memory.
+    """
+    shapes = tree.nodes.ndim == 3 and tree.nodes.shape[1:] == (ROWS, WIDTH)
+    if not (shapes and len(tree.nodes) and tree.frame.shape == (4,)):
+        return False
+    if tree.order.shape != (count,) or not 0 < tree.depth <= len(tree.nodes):
+        return False
+    if tree.order.min() < 0 or (np.bincount(tree.order, minlength=count) != 1).any():
+        return False
+    used = tree.nodes[:, 3] >= 0.0
+    references = tree.nodes.view(np.int32)[:, CHILD_ROW][used]
+    children, leaves = references[references >= 0], ~references[references < 0]
+    inside = np.array_equal(np.sort(children), np.arange(1, len(tree.nodes)))
+    return inside and np.array_equal(np.sort(leaves), np.arange(count))

@@ -1,0 +1,1 @@
+"""Pairs of triangles: the published tests, the exact one, distance, winding."""

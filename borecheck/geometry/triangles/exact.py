@@ -1,0 +1,442 @@
+"""Exact contact of two closed triangles: the judge, and the default checker.
+
+Right for every pair of triangles with finite float64 corners: touching in a point
+counts, so do coplanar overlap and triangles without area (segments and points).
+
+Two roads. Floating point with one error bound per pair decides triangles in general
+position. Where a sign stays open, everything is asked again through the exact signs of
+`exact_sign`. That second road knows only one fact: two closed triangles meet if and
+only if an edge of one meets the other. (The common points are a convex set; it ends
+on the boundary of one of them.)
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.geometry.triangles.exact_sign import (
+    Flat,
+    Point,
+    corners_of,
+    error_bound_3d,
+    orientation_2d,
+    orientation_3d,
+)
+from borecheck.geometry.triangles.placing import Triangle
+from borecheck.geometry.triangles.published import triangle_row, triangle_rows
+
+CLEAR, CONTACT, OPEN = 0, 1, 2
+
+
+def exact(alpha: ArrayLike, beta: ArrayLike) -> NDArray[np.bool_]:
+    """Whether two closed triangles have a point in common, pair by pair.
+
+    Args:
+        alpha: Triangles, (n, 3, 3): pair, corner, coordinate [m].
+        beta: Triangles, (n, 3, 3), in the same frame.
+
+    Returns:
+        Contact, (n,) bool; right for every finite input.
+
+    Raises:
+        GeometryError: Shapes that do not match, or a number that is not finite.
+    """
+    return exact_counted(alpha, beta)[0]
+
+
+def exact_counted(alpha: ArrayLike, beta: ArrayLike) -> tuple[NDArray[np.bool_], int]:
+    """As `exact`, and how many of the pairs floating point could not decide."""
+    a, b = triangle_rows(alpha, beta)
+    contact, n_exact_road = _exact_rows(a, b)
+    return contact, int(n_exact_road)
+
+
+def exact_road_only(alpha: ArrayLike, beta: ArrayLike) -> NDArray[np.bool_]:
+    """As `exact`, with the floating-point filter switched off."""
+    a, b = triangle_rows(alpha, beta)
+    return _exact_road_rows(a, b)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def exact_pair(a: Triangle, b: Triangle) -> bool:
+    """Whether two closed triangles have a point in common. Corners must be finite."""
+    answer = filtered_pair(a, b)
+    if answer == OPEN:
+        return exact_road(a, b)
+    return answer == CONTACT
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _exact_rows(
+    a: NDArray[np.float64], b: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], int]:
+    contact = np.zeros(len(a), dtype=np.bool_)
+    n_exact_road = 0
+    for k in range(len(a)):
+        ta, tb = triangle_row(a, k), triangle_row(b, k)
+        answer = filtered_pair(ta, tb)
+        if answer == OPEN:
+            n_exact_road += 1
+            contact[k] = exact_road(ta, tb)
+        else:
+            contact[k] = answer == CONTACT
+    return contact, n_exact_road
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _exact_road_rows(
+    a: NDArray[np.float64], b: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    contact = np.zeros(len(a), dtype=np.bool_)
+    for k in range(len(a)):
+        contact[k] = exact_road(triangle_row(a, k), triangle_row(b, k))
+    return contact
+
+
+# --- first road: floating point with an error bound ---------------------------------
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _minus(p: Point, q: Point) -> Point:
+    return p[0] - q[0], p[1] - q[1], p[2] - q[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cross(u: Point, v: Point) -> Point:
+    return (
+        u[1] * v[2] - u[2] * v[1],
+        u[2] * v[0] - u[0] * v[2],
+        u[0] * v[1] - u[1] * v[0],
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _dot(u: Point, v: Point) -> float:
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _volume(p: Point, q: Point, r: Point, s: Point) -> float:
+    """Six times the signed volume: (q - p) . ((r - p) x (s - p))."""
+    return _dot(_minus(q, p), _cross(_minus(r, p), _minus(s, p)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _all_beyond(x: float, y: float, z: float, bound: float) -> bool:
+    return (x > bound and y > bound and z > bound) or (
+        x < -bound and y < -bound and z < -bound
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _all_sure(x: float, y: float, z: float, bound: float) -> bool:
+    return abs(x) > bound and abs(y) > bound and abs(z) > bound
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lone_first(
+    s1: float, s2: float, s3: float, p1: Point, p2: Point, p3: Point
+) -> tuple[float, Point, Point, Point]:
+    """Turn the corners so that the one alone on its side of a plane comes first."""
+    up1, up2, up3 = s1 > 0.0, s2 > 0.0, s3 > 0.0
+    if up2 == up3:
+        return s1, p1, p2, p3
+    if up1 == up3:
+        return s2, p2, p3, p1
+    return s3, p3, p1, p2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def filtered_pair(a: Triangle, b: Triangle) -> int:
+    """CLEAR or CONTACT where floating point is sure of it, else OPEN.
+
+    Sure means: every sign used is that of a number beyond the error bound. All
+    differences below are at most the width of the box round both triangles (rounding
+    keeps order), so one bound holds for all determinants of the pair. In general
+    position the triangles meet if their sections with the common line of their planes
+    overlap; each of the two ends that matter is one more sign [GuigueDevillers2003].
+    """
+    a1, a2, a3 = corners_of(a)
+    b1, b2, b3 = corners_of(b)
+    bound = error_bound_3d(
+        _width(a1[0], a2[0], a3[0], b1[0], b2[0], b3[0]),
+        _width(a1[1], a2[1], a3[1], b1[1], b2[1], b3[1]),
+        _width(a1[2], a2[2], a3[2], b1[2], b2[2], b3[2]),
+    )
+    n = _cross(_minus(a2, a1), _minus(a3, a1))
+    f1, f2, f3 = (
+        _dot(n, _minus(b1, a1)),
+        _dot(n, _minus(b2, a1)),
+        _dot(n, _minus(b3, a1)),
+    )
+    if _all_beyond(f1, f2, f3, bound):
+        return CLEAR
+    m = _cross(_minus(b2, b1), _minus(b3, b1))
+    g1, g2, g3 = (
+        _dot(m, _minus(a1, b1)),
+        _dot(m, _minus(a2, b1)),
+        _dot(m, _minus(a3, b1)),
+    )
+    if _all_beyond(g1, g2, g3, bound):
+        return CLEAR
+    if not (_all_sure(f1, f2, f3, bound) and _all_sure(g1, g2, g3, bound)):
+        return OPEN
+    g1, a1, a2, a3 = _lone_first(g1, g2, g3, a1, a2, a3)
+    f1, b1, b2, b3 = _lone_first(f1, f2, f3, b1, b2, b3)
+    if g1 < 0.0:
+        b2, b3 = b3, b2
+    if f1 < 0.0:
+        a2, a3 = a3, a2
+    first = _volume(a1, a2, b1, b2)
+    if first > bound:
+        return CLEAR
+    second = _volume(a1, a3, b3, b1)
+    if second > bound:
+        return CLEAR
+    if first < -bound and second < -bound:
+        return CONTACT
+    return OPEN
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _width(u: float, v: float, w: float, x: float, y: float, z: float) -> float:
+    return max(max(u, v, w), max(x, y, z)) - min(min(u, v, w), min(x, y, z))
+
+
+# --- second road: exact signs only --------------------------------------------------
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def exact_road(a: Triangle, b: Triangle) -> bool:
+    """The same question through exact signs alone; for any two finite triangles."""
+    if _boxes_apart(a, b):
+        return False
+    a1, a2, a3 = corners_of(a)
+    b1, b2, b3 = corners_of(b)
+    axis_a, axis_b = _open_axis(a1, a2, a3), _open_axis(b1, b2, b3)
+    if axis_a >= 0 and axis_b >= 0:
+        return _triangles_meet(axis_a, a1, a2, a3, axis_b, b1, b2, b3)
+    if axis_a >= 0:
+        p, q = _ends(b1, b2, b3)
+        return _segment_meets(p, q, axis_a, a1, a2, a3)
+    p, q = _ends(a1, a2, a3)
+    if axis_b >= 0:
+        return _segment_meets(p, q, axis_b, b1, b2, b3)
+    r, s = _ends(b1, b2, b3)
+    return _segments_meet(p, q, r, s)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _triangles_meet(
+    axis_a: int,
+    a1: Point,
+    a2: Point,
+    a3: Point,
+    axis_b: int,
+    b1: Point,
+    b2: Point,
+    b3: Point,
+) -> bool:
+    """Two triangles with area meet; along its axis each of them shows that area."""
+    f1, f2, f3 = _sides(a1, a2, a3, b1, b2, b3)
+    if f1 == f2 and f2 == f3:
+        return f1 == 0 and _overlap_in_plane(axis_a, a1, a2, a3, b1, b2, b3)
+    g1, g2, g3 = _sides(b1, b2, b3, a1, a2, a3)
+    if g1 == g2 and g2 == g3:
+        return False
+    return (
+        _edge_meets(f1, f2, b1, b2, axis_a, a1, a2, a3)
+        or _edge_meets(f2, f3, b2, b3, axis_a, a1, a2, a3)
+        or _edge_meets(f3, f1, b3, b1, axis_a, a1, a2, a3)
+        or _edge_meets(g1, g2, a1, a2, axis_b, b1, b2, b3)
+        or _edge_meets(g2, g3, a2, a3, axis_b, b1, b2, b3)
+        or _edge_meets(g3, g1, a3, a1, axis_b, b1, b2, b3)
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _overlap_in_plane(
+    axis: int, a1: Point, a2: Point, a3: Point, b1: Point, b2: Point, b3: Point
+) -> bool:
+    """Triangles in one plane meet: an edge of b meets a, or a lies within b."""
+    return (
+        _meets_in_plane(axis, b1, b2, a1, a2, a3)
+        or _meets_in_plane(axis, b2, b3, a1, a2, a3)
+        or _meets_in_plane(axis, b3, b1, a1, a2, a3)
+        or _holds(axis, b1, b2, b3, a1)
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _segment_meets(p: Point, q: Point, axis: int, a: Point, b: Point, c: Point) -> bool:
+    """Closed segment p-q (or point) meets the triangle a, b, c with area."""
+    side_p, side_q = orientation_3d(a, b, c, p), orientation_3d(a, b, c, q)
+    return _edge_meets(side_p, side_q, p, q, axis, a, b, c)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _before(p: Point, q: Point) -> bool:
+    """The order of points by x, then y, then z; it runs along every line."""
+    if p[0] != q[0]:
+        return p[0] < q[0]
+    if p[1] != q[1]:
+        return p[1] < q[1]
+    return p[2] < q[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _ends(p: Point, q: Point, r: Point) -> tuple[Point, Point]:
+    """The ends of the segment (or point) that three points on one line make."""
+    if _before(q, p):
+        p, q = q, p
+    if _before(r, p):
+        return r, q
+    if _before(q, r):
+        return p, r
+    return p, q
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _boxes_apart(a: Triangle, b: Triangle) -> bool:
+    for k in range(3):
+        if max(a[k], a[k + 3], a[k + 6]) < min(b[k], b[k + 3], b[k + 6]):
+            return True
+        if max(b[k], b[k + 3], b[k + 6]) < min(a[k], a[k + 3], a[k + 6]):
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _seen_along(p: Point, axis: int) -> Flat:
+    if axis == 0:
+        return p[1], p[2]
+    if axis == 1:
+        return p[2], p[0]
+    return p[0], p[1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _area_along(axis: int, p: Point, q: Point, r: Point) -> int:
+    """Sign of the area of p, q, r seen along a coordinate axis."""
+    return orientation_2d(
+        _seen_along(p, axis), _seen_along(q, axis), _seen_along(r, axis)
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _open_axis(p: Point, q: Point, r: Point) -> int:
+    """An axis along which p, q, r show an area; -1 if they lie on one line."""
+    for axis in range(3):
+        if _area_along(axis, p, q, r) != 0:
+            return axis
+    return -1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sides(
+    t1: Point, t2: Point, t3: Point, x: Point, y: Point, z: Point
+) -> tuple[int, int, int]:
+    """On which side of the plane of t each of x, y, z lies."""
+    return (
+        orientation_3d(t1, t2, t3, x),
+        orientation_3d(t1, t2, t3, y),
+        orientation_3d(t1, t2, t3, z),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _edge_meets(
+    side_p: int,
+    side_q: int,
+    p: Point,
+    q: Point,
+    axis: int,
+    a: Point,
+    b: Point,
+    c: Point,
+) -> bool:
+    """Closed segment p-q meets the closed triangle a, b, c with area.
+
+    Args:
+        side_p: Side of the triangle's plane on which p lies, an exact sign.
+        side_q: The same of q.
+        p: One end.
+        q: The other end.
+        axis: Axis along which the triangle shows an area.
+        a: Corner of the triangle.
+        b: Corner of the triangle.
+        c: Corner of the triangle.
+    """
+    if side_p * side_q > 0:
+        return False
+    if side_p == 0 and side_q == 0:
+        return _meets_in_plane(axis, p, q, a, b, c)
+    # p-q crosses the plane in one point; that point is in the triangle unless two
+    # edges pass the line p-q on opposite sides.
+    first, second = orientation_3d(p, q, a, b), orientation_3d(p, q, b, c)
+    if first * second < 0:
+        return False
+    third = orientation_3d(p, q, c, a)
+    return first * third >= 0 and second * third >= 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _holds(axis: int, a: Point, b: Point, c: Point, x: Point) -> bool:
+    """Closed triangle with area holds a point of its plane, seen along the axis."""
+    first, second = _area_along(axis, a, b, x), _area_along(axis, b, c, x)
+    if first * second < 0:
+        return False
+    third = _area_along(axis, c, a, x)
+    return first * third >= 0 and second * third >= 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _meets_in_plane(
+    axis: int, p: Point, q: Point, a: Point, b: Point, c: Point
+) -> bool:
+    """As `_edge_meets` for p and q in the triangle's plane, seen along the axis."""
+    return (
+        _holds(axis, a, b, c, p)
+        or _segments_meet_along(axis, p, q, a, b)
+        or _segments_meet_along(axis, p, q, b, c)
+        or _segments_meet_along(axis, p, q, c, a)
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _segments_meet(p: Point, q: Point, r: Point, s: Point) -> bool:
+    """Closed segments p-q and r-s, either perhaps a point, meet."""
+    if _segment_boxes_apart(p, q, r, s) or orientation_3d(p, q, r, s) != 0:
+        return False
+    for axis in range(3):
+        shows = (
+            _area_along(axis, p, q, r) != 0
+            or _area_along(axis, p, q, s) != 0
+            or _area_along(axis, r, s, p) != 0
+            or _area_along(axis, r, s, q) != 0
+        )
+        if shows:  # their plane does not contain the axis: seen along it, nothing folds
+            return _segments_meet_along(axis, p, q, r, s)
+    return True  # on one line, or two points: there meeting boxes are meeting segments
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _segments_meet_along(axis: int, p: Point, q: Point, r: Point, s: Point) -> bool:
+    """Closed segments in one plane meet; the axis must not lie in that plane."""
+    r_side, s_side = _area_along(axis, p, q, r), _area_along(axis, p, q, s)
+    if r_side * s_side > 0:
+        return False
+    p_side, q_side = _area_along(axis, r, s, p), _area_along(axis, r, s, q)
+    if p_side * q_side > 0:
+        return False
+    if r_side == 0 and s_side == 0 and p_side == 0 and q_side == 0:
+        return not _segment_boxes_apart(p, q, r, s)
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _segment_boxes_apart(p: Point, q: Point, r: Point, s: Point) -> bool:
+    for k in range(3):
+        if max(p[k], q[k]) < min(r[k], s[k]) or max(r[k], s[k]) < min(p[k], q[k]):
+            return True
+    return False

@@ -1,0 +1,262 @@
+"""How far can a point of a link move between two configurations: proven bounds.
+
+A chain of frames is followed from one frame a to another frame b; its placement is
+T_a_b(theta) = E_1(theta_1) E_2(theta_2) ... E_k(theta_k), each factor a fixed
+transform and a turn or a shift along an axis. Joints below a are crossed backwards,
+which turns theta into -theta. Between two waypoints every theta is a linear function
+of time, mimic joints included (theta = factor * q + offset).
+
+First derivative. Changing theta_j alone moves a point p of b by |d theta_j| if j
+slides, and by a turn about the axis of j otherwise: at most |d theta_j| times the
+distance of p from that axis, because a chord is shorter than its arc. All distances
+between p and the axis of j depend on the joints behind j only, so changing the joints
+one after the other gives, for any two configurations of the path,
+
+    |x(t) - x(s)| <= sum_j g_j |theta_j(t) - theta_j(s)|,   g_j = 1 or reach_j.
+
+Second derivative. With i before j in the chain, d2x / d theta_i d theta_j is the axis
+of i (a unit vector) times dx / d theta_j if i turns, and 0 if i slides; with i = j it
+is the axis times dx / d theta_j for a turn, and 0 for a slide. Hence, over an interval
+in which theta_j changes linearly by D_j,
+
+    |x''| h^2 <= C = sum_j g_j |D_j| ([j turns] |D_j| + 2 sum_{i<j, i turns} |D_i|),
+
+and x(t) stays within C / 8 of the chord from x(t_0) to x(t_1): the error of linear
+interpolation of a curve whose second derivative is bounded. Over a run of waypoints
+the joints leave the straight line between its ends by at most bends b_j (largest at a
+waypoint, as both are linear between waypoints); by the first bound x(t) then stays
+within C / 8 + sum_j g_j b_j of the chord.
+
+Reach. reach_j bounds the distance of any vertex of b's mesh from the origin of joint
+j, which lies on its axis: the sum of the fixed offsets behind j, of the largest
+slides that the path uses, and of the mesh's largest distance from its frame's origin.
+The path's own largest slides are used, so limits wider than the path do not loosen
+the bound, and a path beyond the limits is still bounded truthfully.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.core.se3 import check_transform
+from borecheck.errors import GeometryError
+
+Array = NDArray[np.float64]
+
+FIXED, TURNS, SLIDES = 0, 1, 2
+WORLD = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """A tree of frames, each placed by one joint on the frame before it.
+
+    Frame i is the frame of joint i's child. Mimic joints are resolved: every joint
+    takes theta = factor * q[source] + offset.
+
+    Attributes:
+        parent: Frame before each joint, (n,); WORLD (-1), or a smaller index.
+        origin: T_parent_joint at theta = 0, (n, 4, 4).
+        kind: FIXED, TURNS or SLIDES, (n,).
+        axis: Axis in the joint's frame, (n, 3); brought to length 1.
+        source: Entry of q, (n,); -1 for fixed joints.
+        factor: Multiplier, (n,).
+        offset: Added, (n,), [rad] or [m].
+    """
+
+    parent: NDArray[np.int64]
+    origin: Array
+    kind: NDArray[np.int64]
+    axis: Array
+    source: NDArray[np.int64]
+    factor: Array
+    offset: Array
+
+    def __post_init__(self) -> None:
+        for name, dtype in _CHAIN_TYPES.items():
+            values = np.array(getattr(self, name), dtype=dtype, order="C")
+            object.__setattr__(self, name, values)
+        _check_chain(self)
+        object.__setattr__(self, "axis", _unit_axes(self.axis, self.kind))
+        for name in _CHAIN_TYPES:
+            getattr(self, name).setflags(write=False)
+
+    @cached_property
+    def length(self) -> Array:
+        """Length of every joint's fixed offset, (n,), [m]."""
+        return np.linalg.norm(self.origin[:, :3, 3], axis=1)
+
+    def extent(self, largest: Array) -> float:
+        """Bound on the distance of any frame's origin from the world's, [m]."""
+        slide = np.where(self.kind == SLIDES, largest, 0.0)
+        # No way through the chain is longer than all of it.
+        return float((self.length + slide).sum())
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frames."""
+        return len(self.parent)
+
+    @property
+    def joint_count(self) -> int:
+        """Length of q."""
+        return int(self.source.max(initial=-1)) + 1
+
+    def thetas(self, q: ArrayLike) -> Array:
+        """Joint values (..., n) of configurations (..., nq); 0 for fixed joints."""
+        q = np.asarray(q, dtype=np.float64)
+        values = self.factor * q[..., self.source] + self.offset
+        values[..., self.kind == FIXED] = 0.0
+        return np.ascontiguousarray(values)
+
+
+_CHAIN_TYPES = {
+    "parent": np.int64,
+    "origin": np.float64,
+    "kind": np.int64,
+    "axis": np.float64,
+    "source": np.int64,
+    "factor": np.float64,
+    "offset": np.float64,
+}
+
+# How far an origin may be from a rotation: lengths must survive a whole chain.
+_ROTATION_TOLERANCE = 1e-12
+
+
+def _unit_axes(axis: Array, kind: NDArray[np.int64]) -> Array:
+    """Axes of length 1; a URDF's digits leave them a little off."""
+    length = np.linalg.norm(axis, axis=-1, keepdims=True)
+    if not (length[kind != FIXED] > 1e-6).all():
+        raise GeometryError("chain: a joint moves along or about an axis of length 0")
+    return axis / np.where(length > 1e-6, length, 1.0)
+
+
+def _check_chain(chain: Chain) -> None:
+    n = len(chain.parent)
+    shapes = {"origin": (n, 4, 4), "axis": (n, 3)}
+    for name in _CHAIN_TYPES:
+        shape = getattr(chain, name).shape
+        if shape != shapes.get(name, (n,)):
+            raise GeometryError(f"chain: {name} has shape {shape} for {n} joints")
+    for i in range(n):
+        R = check_transform(chain.origin[i], f"chain: origin of joint {i}")[:3, :3]
+        if np.abs(R.T @ R - np.eye(3)).max() > _ROTATION_TOLERANCE:
+            raise GeometryError(f"chain: origin of joint {i} is not quite a rotation")
+        if not WORLD <= chain.parent[i] < i:
+            raise GeometryError(f"chain: joint {i} comes before its parent")
+        if chain.kind[i] not in (FIXED, TURNS, SLIDES):
+            raise GeometryError(f"chain: joint {i} is of kind {chain.kind[i]}")
+        if chain.kind[i] == FIXED:
+            continue
+        if chain.source[i] < 0:
+            raise GeometryError(f"chain: joint {i} moves but has no source in q")
+        if not np.isfinite([*chain.axis[i], chain.factor[i], chain.offset[i]]).all():
+            raise GeometryError(
+                f"chain: axis or mimic numbers of joint {i} are not finite"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """The way through the chain from one frame to another.
+
+    Attributes:
+        joints: Joints on the way in their order from a to b, fixed ones included.
+        forward: Whether each is crossed towards its child, (k,).
+    """
+
+    joints: NDArray[np.int64]
+    forward: NDArray[np.bool_]
+
+
+def route(chain: Chain, a: int, b: int) -> Route:
+    """The route from frame a (or WORLD) to frame b."""
+    up, down = _to_common_ancestor(chain, a, b)
+    joints = np.array([*up, *down], dtype=np.int64)
+    forward = np.array([False] * len(up) + [True] * len(down), dtype=np.bool_)
+    return Route(joints, forward)
+
+
+def _to_common_ancestor(chain: Chain, a: int, b: int) -> tuple[list[int], list[int]]:
+    """Joints from a up to the common frame, and from there down to b."""
+    above_a, above_b = _ancestors(chain, a), _ancestors(chain, b)
+    common = set(above_a) & set(above_b)
+    up = [j for j in above_a if j not in common]
+    down = [j for j in above_b if j not in common]
+    return up, down[::-1]
+
+
+def _ancestors(chain: Chain, frame: int) -> list[int]:
+    """The frame and those before it, without the world."""
+    found = []
+    while frame != WORLD:
+        found.append(frame)
+        frame = int(chain.parent[frame])
+    return found
+
+
+def gains(chain: Chain, way: Route, radius: float, largest: Array) -> Array:
+    """g_j of every joint of a route, (k,): a reach [m], 1, or 0 for fixed joints.
+
+    Args:
+        chain: The chain.
+        way: The route.
+        radius: Largest distance of the points followed from the origin of b, [m].
+        largest: Largest |theta| of every joint along the path, (n,).
+    """
+    gain = np.zeros(len(way.joints))
+    reach = radius
+    for k in range(len(gain) - 1, -1, -1):
+        j = way.joints[k]
+        if not way.forward[k]:  # the fixed offset lies behind the joint
+            reach += chain.length[j]
+        if chain.kind[j] == TURNS:
+            gain[k] = reach
+        elif chain.kind[j] == SLIDES:
+            gain[k] = 1.0
+            reach += largest[j]
+        if way.forward[k]:
+            reach += chain.length[j]
+    return gain
+
+
+def displacement(way: Route, gain: Array, change: Array) -> Array:
+    """Bound on |x(t) - x(s)| for joint changes (..., n) between t and s, [m]."""
+    return np.abs(change[..., way.joints]) @ gain
+
+
+def chord_slack(chain: Chain, way: Route, gain: Array, change: Array) -> Array:
+    """Bound on the distance from the chord for changes (..., n) over it, [m]."""
+    step = np.abs(change[..., way.joints])
+    turn = np.where(chain.kind[way.joints] == TURNS, step, 0.0)
+    before = np.cumsum(turn, axis=-1) - turn
+    return (gain * step * (turn + 2.0 * before)).sum(axis=-1) / 8.0
+
+
+def mesh_radius(vertices: ArrayLike) -> float:
+    """Largest distance of a vertex from the frame's origin, rounded up, [m]."""
+    return float(np.linalg.norm(vertices, axis=-1).max()) * (1.0 + 1e-12)
+
+
+def relative_placement(chain: Chain, way: Route, theta: Array) -> Array:
+    """T_a_b (4, 4) for joint values (n,): the plain form of the kernels' product."""
+    T = np.eye(4)
+    for j, forward in zip(way.joints, way.forward, strict=True):
+        step = chain.origin[j] @ joint_motion(chain, int(j), float(theta[j]))
+        T = T @ (step if forward else np.linalg.inv(step))
+    return T
+
+
+def joint_motion(chain: Chain, j: int, theta: float) -> Array:
+    """The transform of joint j alone, (4, 4)."""
+    T = np.eye(4)
+    if chain.kind[j] == SLIDES:
+        T[:3, 3] = theta * chain.axis[j]
+    elif chain.kind[j] == TURNS:
+        x, y, z = chain.axis[j]
+        K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        T[:3, :3] += np.sin(theta) * K + (1.0 - np.cos(theta)) * (K @ K)
+    return T

@@ -1,0 +1,299 @@
+"""A path certificate: what anyone needs to check again that a motion is clear.
+
+For every pair of surfaces the motion is covered by intervals. Each names an instant in
+it, a lower bound of the clearance at that instant, and an upper bound of how far any
+point of one surface moves against the other during the interval; the first exceeds the
+second by more than the margin, so the interval is clear. That is a cruder argument than
+the search's own (`motion.search`), on purpose: it can be checked with a forward
+kinematics and a distance, and `verify.check` does so sharing no code with it.
+
+Displacement. With the joints at q_m, let d_j be the largest distance of the surface's
+bounding box from the axis of joint j (1 for a sliding joint). Going from q_m to any q
+by changing the joints one after the other, from the standing surface's side on, every
+step turns the surface about one axis while all joints behind it still stand at q_m: it
+moves by at most |theta_j - theta_j,m| d_j. The sum bounds the whole displacement.
+
+A passage (a needle and its patient) has no clearance. Its intervals name an instant and
+a displacement; grown by it, what the needle takes up at that instant is in the corridor
+or clear of the patient (`passage`).
+
+Times count waypoints: 0 at the first, n - 1 at the last, straight in between.
+"""
+
+import hashlib
+import io
+import json
+import re
+import zipfile
+from collections.abc import Callable, Mapping
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.core.whole_files import written_beside
+from borecheck.errors import BorecheckError
+from borecheck.motion.bounds import FIXED, TURNS, WORLD, Chain, Route, route
+from borecheck.motion.by_distance import displacement_about
+from borecheck.motion.outcome import PathVerdict
+from borecheck.motion.passage import Approach, Slabs, told
+from borecheck.motion.problem import (
+    Body,
+    Motion,
+    Pair,
+    Passage,
+    PathProblem,
+    path_motion,
+)
+from borecheck.plans.corridor import Corridor
+
+Array = NDArray[np.float64]
+Interval = list[float]
+Proof = Callable[[float, float, float], Interval | None]
+
+FORMAT = "borecheck path certificate"
+FORMAT_VERSION = 1
+# Intervals of one pair before giving up: a motion that grazes needs too many.
+MOST_INTERVALS = 5_000
+# By how much the clearance must exceed margin and displacement, [m].
+RESERVE = 1e-8
+# Names of the arrays in the file of meshes.
+_MESH_ARRAY = re.compile(r"[0-9a-f]{64}\.(vertices|triangles)")
+
+
+def certificate(
+    problem: PathProblem,
+    waypoints: ArrayLike,
+    outcome: PathVerdict,
+    about: Mapping[str, Any] | None = None,
+) -> dict[str, Any] | None:
+    """The certificate of a motion that `path_search.search` found clear.
+
+    Args:
+        problem: Who must not touch whom.
+        waypoints: The motion, (n, nq).
+        outcome: What the search said.
+        about: What it is called: robot, scene and, of a needle plan, `plan` with its
+            name and corridor, which every passage must have. Plain values.
+
+    Returns:
+        Plain values for `json.dumps`, or None: the motion is not certified, holds an
+        open surface, or passes so near that it would need more than MOST_INTERVALS
+        intervals for a pair.
+    """
+    if not outcome.certified:
+        return None
+    if not all(body.topology.is_closed for body in _bodies(problem)):
+        return None
+    motion = path_motion(problem, waypoints)
+    pairs = []
+    for pair, way in zip(problem.pairs, problem.routes, strict=True):
+        intervals = _cover(motion, partial(_apart, problem.chain, pair, way, motion))
+        if intervals is None:
+            return None
+        pairs.append(_pair_record(problem, pair, intervals))
+    passages = []
+    for passage in problem.passages:
+        intervals = _cover(motion, _keeps(problem, passage, motion))
+        if intervals is None:
+            return None
+        passages.append(_passage_record(problem, passage, intervals))
+    content = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "versions": {name: version(name) for name in ("borecheck", "numpy", "numba")},
+        "waypoints": np.array(waypoints, dtype=np.float64).tolist(),
+        "margin_m": problem.margin,
+        "chain": _chain_record(problem.chain),
+        "bodies": [_body_record(body) for body in _bodies(problem)],
+        "part_count": len(problem.parts),
+        "excluded": [list(pair) for pair in sorted(problem.excluded)],
+        "pairs": pairs,
+        "passages": passages,
+    }
+    if about is not None:
+        content["about"] = dict(about)
+    return {**content, "sha256": digest(content)}
+
+
+def digest(content: dict[str, Any]) -> str:
+    """Hash of a certificate's content (without its own `sha256`)."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def write_certificate(
+    file: str | Path, document: dict[str, Any], problem: PathProblem
+) -> None:
+    """Writes a certificate, and beside it `<name>.npz` with the meshes it names.
+
+    Both or neither: they are written under other names first, an earlier pair goes
+    before the new one comes, and the certificate itself comes last. Whenever this is
+    interrupted, no certificate stands beside the meshes of another.
+
+    Raises:
+        BorecheckError: They cannot be written; nothing is left of them.
+    """
+    file = Path(file)
+    meshes = file.with_suffix(".npz")
+    arrays: dict[str, Any] = {}
+    for body in _bodies(problem):
+        arrays[f"{body.mesh.sha256}.vertices"] = body.mesh.vertices
+        arrays[f"{body.mesh.sha256}.triangles"] = body.mesh.triangles
+    packed = io.BytesIO()
+    np.savez_compressed(packed, **arrays)
+    text = json.dumps(document, indent=1)
+    partial: list[Path] = []
+    try:
+        for target, content in ((meshes, packed.getvalue()), (file, text.encode())):
+            partial.append(written_beside(target, content))
+        file.unlink(missing_ok=True)
+        try:
+            partial[0].replace(meshes)
+            partial[1].replace(file)
+        except BaseException:
+            meshes.unlink(missing_ok=True)  # without its certificate it is of no use
+            raise
+    except OSError as error:
+        raise BorecheckError(f"{file} cannot be written: {error.strerror}") from error
+    finally:
+        for temporary in partial:
+            temporary.unlink(missing_ok=True)
+
+
+def holds_certified_meshes(file: Path) -> bool:
+    """Whether a file is one of meshes that `write_certificate` left beside another."""
+    try:
+        with np.load(file, allow_pickle=False) as arrays:
+            return all(_MESH_ARRAY.fullmatch(name) for name in arrays.files)
+    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile):
+        return False
+
+
+def _bodies(problem: PathProblem) -> tuple[Body, ...]:
+    return (*problem.parts, *problem.obstacles)
+
+
+def _chain_record(chain: Chain) -> list[dict[str, Any]]:
+    kinds = {FIXED: "fixed", TURNS: "turns"}
+    return [
+        {
+            "parent": int(chain.parent[j]),
+            "origin": chain.origin[j].tolist(),
+            "kind": kinds.get(int(chain.kind[j]), "slides"),
+            "axis": chain.axis[j].tolist(),
+            "source": int(chain.source[j]),
+            "factor": float(chain.factor[j]),
+            "offset": float(chain.offset[j]),
+        }
+        for j in range(chain.frame_count)
+    ]
+
+
+def _body_record(body: Body) -> dict[str, Any]:
+    return {
+        "name": body.name,
+        "frame": body.frame,
+        "T_frame_mesh": body.T_frame_mesh.tolist(),
+        "mesh_sha256": body.mesh.sha256,
+    }
+
+
+def _pair_record(
+    problem: PathProblem, pair: Pair, intervals: list[Interval]
+) -> dict[str, Any]:
+    bodies = _bodies(problem)
+    return {
+        "moving": bodies.index(pair.moving),
+        "standing": bodies.index(pair.standing),
+        "margin_m": pair.margin,
+        "columns": ["from", "to", "at", "clearance_m", "displacement_m"],
+        "intervals": intervals,
+    }
+
+
+def _passage_record(
+    problem: PathProblem, passage: Passage, intervals: list[Interval]
+) -> dict[str, Any]:
+    corridor = passage.corridor
+    return {
+        "moving": passage.part,
+        "standing": len(problem.parts) + passage.obstacle,
+        **corridor_record(corridor),
+        "columns": ["from", "to", "at", "displacement_m"],
+        "intervals": intervals,
+    }
+
+
+def corridor_record(corridor: Corridor) -> dict[str, Any]:
+    """Where a needle may be, as plain values."""
+    return {
+        "entry": [float(x) for x in corridor.entry],
+        "target": [float(x) for x in corridor.target],
+        "radius_m": float(corridor.radius),
+        "slack_m": float(corridor.slack),
+    }
+
+
+def _cover(motion: Motion, proven: Proof) -> list[Interval] | None:
+    """Intervals that cover the motion, in order; None if there are too many."""
+    waiting = [(0.0, len(motion.theta) - 1.0)]
+    covered: list[Interval] = []
+    tried = 0
+    while waiting:
+        begin, end = waiting.pop()
+        tried += 1
+        if tried > MOST_INTERVALS:
+            return None
+        middle = 0.5 * (begin + end)
+        interval = proven(begin, middle, end)
+        if interval is not None:
+            covered.append(interval)
+        else:
+            waiting += [(middle, end), (begin, middle)]
+    return covered
+
+
+def _apart(
+    chain: Chain,
+    pair: Pair,
+    way: Route,
+    motion: Motion,
+    begin: float,
+    middle: float,
+    end: float,
+) -> Interval | None:
+    """An interval of a pair whose clearance exceeds its displacement."""
+    placed = motion.place(chain, middle)
+    moved = displacement_about(chain, pair, way, motion, placed, begin, middle, end)
+    T_b = pair.standing.T_frame_mesh
+    if pair.standing.frame != WORLD:
+        T_b = placed[pair.standing.frame]
+    T_a = placed[pair.moving.frame]
+    need = moved + pair.margin + 2.0 * RESERVE
+    answer = pair.moving.tree.within(pair.standing.tree, T_a, T_b, need)
+    if answer.verdict != "clear":
+        return None
+    clearance = min(float(answer.lower), 2.0 * need)
+    return [begin, end, middle, clearance, moved]
+
+
+def _keeps(problem: PathProblem, passage: Passage, motion: Motion) -> Proof:
+    """What proves an interval of a passage."""
+    chain = problem.chain
+    needle = problem.parts[passage.part]
+    patient = problem.obstacles[passage.obstacle]
+    approach = Approach(patient, passage.corridor)
+    pair, way = Pair(needle, patient, 0.0), route(chain, WORLD, needle.frame)
+
+    def proven(begin: float, middle: float, end: float) -> Interval | None:
+        placed = motion.place(chain, middle)
+        moved = displacement_about(chain, pair, way, motion, placed, begin, middle, end)
+        depth, aside = told(needle, passage.corridor, placed[needle.frame])
+        slabs = Slabs.of(depth[None], aside[None], moved + 2.0 * RESERVE)
+        return [begin, end, middle, moved] if approach.allows(slabs) else None
+
+    return proven

@@ -1,0 +1,176 @@
+"""Does one solid hold another along a motion: asked where every clear stretch begins.
+
+A closed surface that nothing crosses keeps inside what is inside it, so one instant of
+a clear stretch answers for all of it, and one corner for every connected part. The
+corner's ray is followed through the tree, not past every triangle. An open surface has
+no inside; there only boxes that stay apart all the way answer.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from borecheck.geometry.tree.build import CHILD_ROW, WIDTH
+from borecheck.geometry.triangles.placing import place_point
+from borecheck.geometry.triangles.solid import _ON_SURFACE, winding_number
+from borecheck.motion.bounds import WORLD, Chain, Route, displacement, gains
+from borecheck.motion.outcome import Timeline
+from borecheck.motion.swept_boxes import EXTENT
+
+if TYPE_CHECKING:
+    from borecheck.motion.problem import Body, Motion, Pair
+
+Array = NDArray[np.float64]
+
+# Instants at which boxes of open meshes are compared.
+INSTANTS = 129
+
+_KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+
+
+def examine_containment(
+    chain: Chain, pair: "Pair", way: Route, motion: "Motion", timeline: Timeline
+) -> None:
+    """Adds stretches in which one body of a pair holds the other.
+
+    Surfaces must have been examined: clear stretches are those not on the timeline.
+    Where another pair is in contact, nothing needs to be added.
+    """
+    a, b = pair.moving, pair.standing
+    if not (a.topology.is_closed and b.topology.is_closed):
+        if not _boxes_stay_apart(chain, pair, way, motion):
+            names = [x.mesh.name for x in (a, b) if not x.topology.is_closed]
+            reason = f"{' and '.join(names)}: open, what it holds cannot be told"
+            timeline.add_unknown(pair.names, reason)
+        return
+    for start, end in _clear_stretches(timeline.not_clear_for(pair.names)):
+        # A stretch is proven clear with its ends, so any instant of it will do.
+        placed = motion.place(chain, start * timeline.span)
+        T_a = placed[a.frame]
+        T_b = b.T_frame_mesh if b.frame == WORLD else placed[b.frame]
+        reason = _held(a, T_a, b, T_b) or _held(b, T_b, a, T_a)
+        if reason:
+            timeline.add_contained(pair.names, reason, start, end)
+
+
+def _clear_stretches(taken: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """What is left of the path from 0 to 1."""
+    left, begin = [], 0.0
+    for start, end in sorted(taken):
+        if start > begin:
+            left.append((begin, start))
+        begin = max(begin, end)
+    if begin < 1.0:
+        left.append((begin, 1.0))
+    return left
+
+
+def _held(inner: "Body", T_inner: Array, outer: "Body", T_outer: Array) -> str:
+    """Why outer holds a part of inner, or nothing."""
+    tree = outer.tree
+    found = _inside(
+        inner.one_corner_each, T_inner, T_outer, outer.mesh.bounds,
+        tree.nodes, tree.frames[0], tree.depth, tree.corners,
+    )  # fmt: skip
+    if found == _ON_SURFACE:
+        return f"{inner.name} touches {outer.name}"
+    return f"{inner.name} is inside {outer.name}" if found != 0 else ""
+
+
+@njit(**_KERNEL)
+def _inside(points, T_inner, T_outer, bounds, nodes, frame, depth, corners):  # type: ignore[no-untyped-def]
+    """Winding number of the first of the points that is not outside, or 0.
+
+    Points are given in the frame of the inner mesh; both placements are rigid up to
+    what `check_transform` lets pass, so the way back is a true inverse.
+    """
+    at = np.zeros(3)
+    for k in range(len(points)):
+        x, y, z = place_point(T_inner, points[k, 0], points[k, 1], points[k, 2])
+        at[0], at[1], at[2] = _taken_back(T_outer, x, y, z)
+        if (at < bounds[0]).any() or (at > bounds[1]).any():
+            continue
+        leaves = along_ray(nodes, frame, depth, at)
+        crossed = np.zeros((len(leaves), 9))
+        for i in range(len(leaves)):
+            crossed[i] = corners[leaves[i]]
+        winding = winding_number((at[0], at[1], at[2]), crossed)
+        if winding != 0:
+            return winding
+    return 0
+
+
+@njit(**_KERNEL)
+def _taken_back(T, x, y, z):  # type: ignore[no-untyped-def]
+    """The point that T takes to (x, y, z), by Cramer's rule."""
+    d = (x - T[0, 3], y - T[1, 3], z - T[2, 3])
+    u, v, w = T[:3, 0], T[:3, 1], T[:3, 2]
+    size = _triple(u, v, w)
+    return _triple(d, v, w) / size, _triple(u, d, w) / size, _triple(u, v, d) / size
+
+
+@njit(**_KERNEL)
+def _triple(u, v, w):  # type: ignore[no-untyped-def]
+    return (
+        u[0] * (v[1] * w[2] - v[2] * w[1])
+        + u[1] * (v[2] * w[0] - v[0] * w[2])
+        + u[2] * (v[0] * w[1] - v[1] * w[0])
+    )
+
+
+@njit(**_KERNEL)
+def along_ray(nodes, frame, depth, point):  # type: ignore[no-untyped-def]
+    """Leaves whose boxes the ray from a point along +x may meet.
+
+    Boxes grow by 2**-20 of all coordinates: more than their float32 numbers and the
+    float64 differences are off by.
+    """
+    x, y, z = point[0] - frame[0], point[1] - frame[1], point[2] - frame[2]
+    grow = 2.0**-20 * (frame[EXTENT] + abs(x) + abs(y) + abs(z))
+    children = nodes.view(np.int32)
+    found, count = np.zeros(64, np.int64), 0
+    stack = np.zeros(WIDTH * (depth + 2), np.int64)
+    waiting = 1
+    while waiting > 0:
+        waiting -= 1
+        node = stack[waiting]
+        for i in range(WIDTH):
+            if nodes[node, 3, i] < 0.0:
+                continue
+            beside = abs(y - nodes[node, 1, i]) > nodes[node, 4, i] + grow
+            beside |= abs(z - nodes[node, 2, i]) > nodes[node, 5, i] + grow
+            if beside or nodes[node, 0, i] + nodes[node, 3, i] + grow < x:
+                continue
+            child = int(children[node, CHILD_ROW, i])
+            if child >= 0:
+                stack[waiting] = child
+                waiting += 1
+                continue
+            if count == len(found):
+                found = np.concatenate((found, np.zeros_like(found)))
+            found[count] = ~child
+            count += 1
+    return found[:count].copy()
+
+
+def _boxes_stay_apart(chain: Chain, pair: "Pair", way: Route, motion: "Motion") -> bool:
+    """Whether the sphere round a's box stays outside the box of b all the way."""
+    a, b = pair.moving, pair.standing
+    gain = gains(chain, way, a.radius, motion.largest)
+    steps = displacement(way, gain, np.diff(motion.theta, axis=0))
+    travelled = np.concatenate([[0.0], np.cumsum(steps)])
+    times = np.linspace(0.0, len(motion.theta) - 1.0, INSTANTS)
+    at = np.interp(times, np.arange(len(travelled)), travelled)
+    low_a, high_a = a.mesh.bounds
+    middle, radius = 0.5 * (low_a + high_a), float(np.linalg.norm(high_a - low_a)) / 2
+    low, high = b.mesh.bounds
+    for time, until in zip(times, np.diff(at, append=at[-1]), strict=True):
+        placed = motion.place(chain, float(time))
+        undo = pair.undo if b.frame == WORLD else np.linalg.inv(placed[b.frame])
+        centre = undo @ placed[a.frame] @ np.append(middle, 1.0)
+        outside = np.maximum(np.maximum(low - centre[:3], centre[:3] - high), 0.0)
+        if np.linalg.norm(outside) <= radius + until + 1e-6:
+            return False
+    return True

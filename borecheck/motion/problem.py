@@ -1,0 +1,241 @@
+"""Who must not touch whom, along which waypoints: the records of a motion."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.core.se3 import check_transform
+from borecheck.errors import GeometryError, UsageError
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.tree.mesh_tree import MeshTree
+from borecheck.geometry.triangles.solid import Topology, topology
+from borecheck.motion import halving as path_kernels
+from borecheck.motion.bounds import WORLD, Chain, Route, mesh_radius, route
+from borecheck.motion.swept_boxes import LARGEST_PLACE
+from borecheck.plans.corridor import Corridor
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """A part that may be in an obstacle, within a corridor; both as indices.
+
+    Attributes:
+        part: The needle, among a problem's parts.
+        obstacle: The patient, among its obstacles.
+        corridor: Where the one may be in the other, in the world's frame.
+    """
+
+    part: int
+    obstacle: int
+    corridor: Corridor
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A surface that takes part, fixed to a frame of the chain or to the world.
+
+    Attributes:
+        name: For people.
+        mesh: Its triangles in its own frame.
+        frame: The chain's frame it is fixed to, or WORLD.
+        T_frame_mesh: Its placement in that frame; the identity for parts of links.
+    """
+
+    name: str
+    mesh: TriangleMesh
+    frame: int = WORLD
+    T_frame_mesh: Array = field(default_factory=lambda: np.eye(4))
+
+    def __post_init__(self) -> None:
+        T = check_transform(self.T_frame_mesh, f"placement of {self.name}")
+        if self.frame != WORLD and not np.array_equal(T, np.eye(4)):
+            raise GeometryError(f"{self.name}: a link's mesh must be in its frame")
+        object.__setattr__(self, "T_frame_mesh", T)
+
+    @cached_property
+    def tree(self) -> MeshTree:
+        """Bounding-volume tree, built on first use."""
+        return MeshTree.of(self.mesh)
+
+    @cached_property
+    def topology(self) -> Topology:
+        """Closedness and components, found on first use."""
+        return topology(self.mesh)
+
+    @cached_property
+    def one_corner_each(self) -> Array:
+        """A corner of every connected component, (c, 3), [m]."""
+        first = np.unique(self.topology.component, return_index=True)[1]
+        return self.mesh.vertices[self.mesh.triangles[first, 0]]
+
+    @cached_property
+    def radius(self) -> float:
+        """Largest distance of a vertex from the origin of the frame, [m]."""
+        return mesh_radius(self.mesh.vertices)
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two surfaces that must not come nearer than the margin, [m]."""
+
+    moving: Body
+    standing: Body
+    margin: float
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of the part and the obstacle (or the other part)."""
+        return self.moving.name, self.standing.name
+
+    @cached_property
+    def undo(self) -> Array:
+        """Inverse of the standing mesh's placement in its frame."""
+        return np.array(np.linalg.inv(self.standing.T_frame_mesh), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The waypoints as joint values, and what is remembered about them.
+
+    Attributes:
+        theta: Joint values at the waypoints, (k, joints).
+        largest: Largest |theta| of every joint, (joints,).
+        placed: T_world_frame at waypoints where it was needed, (k, frames, 4, 4).
+        is_placed: Where it was, (k,).
+        bends: Bends of runs of waypoints, in the order of a tree of halves.
+        has_bend: Which are there.
+    """
+
+    theta: Array
+    largest: Array
+    placed: Array
+    is_placed: NDArray[np.bool_]
+    bends: Array
+    has_bend: NDArray[np.bool_]
+
+    def joints_at(self, time: float) -> Array:
+        """Joint values at a time in units of waypoints; waypoints are met exactly."""
+        first = min(int(time), len(self.theta) - 2)
+        if time == first + 1:
+            return self.theta[first + 1]
+        change = self.theta[first + 1] - self.theta[first]
+        return self.theta[first] + (time - first) * change
+
+    def place(self, chain: Chain, time: float) -> Array:
+        """T_world_frame (frames, 4, 4) at a time in units of waypoints."""
+        if time == int(time) and self.is_placed[int(time)]:
+            return np.asarray(self.placed[int(time)])
+        theta = self.joints_at(time)
+        placed = np.zeros((chain.frame_count, 4, 4))
+        path_kernels.place_all(
+            theta, chain.parent, chain.origin, chain.kind, chain.axis, placed
+        )
+        return placed
+
+
+@dataclass(frozen=True, eq=False)
+class PathProblem:
+    """A robot, what stands around it, and who must not touch whom.
+
+    Attributes:
+        chain: The robot's joints.
+        parts: Surfaces of its links.
+        obstacles: Surfaces in the world.
+        self_pairs: Pairs of parts that must not touch, as indices.
+        margin: Required clearance to obstacles (not among parts), [m].
+        excluded: Pairs (part, obstacle) that are not examined; the caller answers
+            for them.
+        passages: Pairs that may touch within a corridor, and only there.
+        doubt: Why nothing may be called clear, whatever is proven; or None.
+    """
+
+    chain: Chain
+    parts: tuple[Body, ...]
+    obstacles: tuple[Body, ...]
+    self_pairs: tuple[tuple[int, int], ...] = ()
+    margin: float = 0.0
+    excluded: frozenset[tuple[int, int]] = frozenset()
+    passages: tuple[Passage, ...] = ()
+    doubt: str | None = None
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.margin) and self.margin >= 0.0):
+            raise UsageError(f"margin is {self.margin}, not a distance in metres")
+        for part in self.parts:
+            if not 0 <= part.frame < self.chain.frame_count:
+                raise GeometryError(f"{part.name} is fixed to no frame of the chain")
+        for passage in self.passages:
+            patient = self.obstacles[passage.obstacle]
+            if not np.array_equal(patient.T_frame_mesh, np.eye(4)):
+                raise GeometryError(f"{patient.name}: its mesh must be in the world")
+
+    @cached_property
+    def pairs(self) -> tuple["Pair", ...]:
+        """Everything that is examined, but for passages."""
+        apart = self.excluded | {(p.part, p.obstacle) for p in self.passages}
+        against_obstacles = [
+            Pair(part, obstacle, self.margin)
+            for i, part in enumerate(self.parts)
+            for j, obstacle in enumerate(self.obstacles)
+            if (i, j) not in apart
+        ]
+        within_robot = [
+            Pair(self.parts[i], self.parts[j], 0.0) for i, j in self.self_pairs
+        ]
+        return (*against_obstacles, *within_robot)
+
+    @cached_property
+    def routes(self) -> tuple[Route, ...]:
+        """The way through the chain from the standing to the moving body of a pair."""
+        return tuple(
+            route(self.chain, pair.standing.frame, pair.moving.frame)
+            for pair in self.pairs
+        )
+
+
+def path_motion(problem: PathProblem, waypoints: ArrayLike) -> Motion:
+    """The waypoints as joint values, checked.
+
+    Raises:
+        UsageError: No waypoint, wrong length, or numbers that are not finite.
+        GeometryError: Farther from the origin than rounding bounds allow.
+    """
+    chain = problem.chain
+    points = _checked(chain, waypoints)
+    theta = chain.thetas(points)
+    largest = np.abs(theta).max(axis=0)
+    reach = chain.extent(largest)
+    reach += max((part.radius for part in problem.parts), default=0.0)
+    for obstacle in problem.obstacles:
+        shift = float(np.linalg.norm(obstacle.T_frame_mesh[:3, 3]))
+        reach = max(reach, obstacle.radius + shift)
+    if reach > LARGEST_PLACE:
+        raise GeometryError(
+            f"the scene reaches {reach:.3g} m from the origin; rounding bounds hold "
+            f"up to {LARGEST_PLACE:g} m"
+        )
+    runs = 4 * len(points)
+    return Motion(
+        theta,
+        largest,
+        np.zeros((len(points), chain.frame_count, 4, 4)),
+        np.zeros(len(points), np.bool_),
+        np.zeros((runs, chain.frame_count)),
+        np.zeros(runs, np.bool_),
+    )
+
+
+def _checked(chain: Chain, waypoints: ArrayLike) -> Array:
+    points = np.array(waypoints, dtype=np.float64)
+    if points.ndim != 2 or len(points) == 0 or points.shape[1] < chain.joint_count:
+        raise UsageError(
+            f"waypoints have shape {points.shape}, not (n, {chain.joint_count})"
+        )
+    if not np.isfinite(points).all():
+        raise UsageError("a waypoint holds a number that is not finite")
+    # One configuration is a motion that stands still.
+    return np.repeat(points, 2, axis=0) if len(points) == 1 else points

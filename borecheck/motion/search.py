@@ -1,0 +1,178 @@
+"""Certifies a motion between its waypoints: clear only if every instant is.
+
+The motion is straight in the configuration between waypoints. The whole of it is tried
+at once: how far points stray from the chord between both ends is bounded
+(`motion.bounds`), and if boxes or planes separate the surfaces by more than that, all
+of it is clear (`swept_boxes`). What stays open is halved in time (`halving`) until
+it is proven clear, shown to be in contact, or too short to go on: that is `unknown`.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.errors import UsageError
+from borecheck.motion import halving as path_kernels
+from borecheck.motion.bounds import Chain, Route
+from borecheck.motion.by_distance import by_distance
+from borecheck.motion.containment import examine_containment
+from borecheck.motion.outcome import (
+    PathVerdict,
+    Stretch,
+    Timeline,
+    in_doubt,
+    path_verdict,
+)
+from borecheck.motion.passage_search import examine_passage
+from borecheck.motion.problem import Body, Motion, Pair, PathProblem, path_motion
+
+Array = NDArray[np.float64]
+
+# Pieces during which nothing moves farther are not halved, [m].
+RESOLUTION = 1e-6
+# Nor pieces with contact at both ends during which nothing moves farther than this:
+# inside a stretch of contact, where exactly there is contact matters little.
+CONTACT_LENGTH = 2e-3
+# Pieces looked at for one pair before the rest is left undecided.
+PIECE_LIMIT = 20_000
+# Of these so many by boxes and planes: where that does not do, more of it will not.
+QUICK_LIMIT = 1_000
+
+
+def search(
+    problem: PathProblem,
+    waypoints: ArrayLike,
+    *,
+    resolution: float = RESOLUTION,
+    piece_limit: int = PIECE_LIMIT,
+) -> PathVerdict:
+    """The verdict for every instant of a motion.
+
+    Args:
+        problem: Who must not touch whom.
+        waypoints: Configurations, (n, nq), [rad] and [m]; straight in between.
+        resolution: Stretches during which nothing moves farther are not halved, [m].
+        piece_limit: Pieces looked at for one pair before the rest is `unknown`.
+
+    Raises:
+        UsageError: No waypoint, wrong length, or numbers that are not finite.
+        GeometryError: Farther from the origin than rounding bounds allow.
+    """
+    if not (np.isfinite(resolution) and resolution > 0.0):
+        raise UsageError(f"resolution is {resolution}, not a distance in metres")
+    motion = path_motion(problem, waypoints)
+    timeline = Timeline(len(motion.theta) - 1.0)
+    for pair, way in zip(problem.pairs, problem.routes, strict=True):
+        _examine(problem.chain, pair, way, motion, resolution, piece_limit, timeline)
+    for pair, way in zip(problem.pairs, problem.routes, strict=True):
+        examine_containment(problem.chain, pair, way, motion, timeline)
+    for passage in problem.passages:
+        needle = problem.parts[passage.part]
+        patient = problem.obstacles[passage.obstacle]
+        examine_passage(
+            problem.chain, needle, patient, passage.corridor, motion, timeline
+        )
+    verdict = path_verdict(timeline, len(problem.pairs) + len(problem.passages))
+    return verdict if problem.doubt is None else in_doubt(verdict, problem.doubt)
+
+
+def _examine(
+    chain: Chain,
+    pair: Pair,
+    way: Route,
+    motion: Motion,
+    resolution: float,
+    piece_limit: int,
+    timeline: Timeline,
+) -> None:
+    """Adds what is found about a pair to the timeline."""
+    a, b = pair.moving, pair.standing
+    quick = min(piece_limit, QUICK_LIMIT)
+    findings, found, looked, judged = path_kernels.examine(
+        motion.theta,
+        chain.parent,
+        chain.origin,
+        chain.kind,
+        chain.axis,
+        chain.length,
+        way.joints,
+        way.forward,
+        a.radius,
+        motion.largest,
+        a.frame,
+        b.frame,
+        pair.undo,
+        b.T_frame_mesh,
+        pair.margin,
+        resolution,
+        CONTACT_LENGTH,
+        quick,
+        a.tree.nodes,
+        a.tree.corners,
+        a.tree.frames[0],
+        b.tree.nodes,
+        b.tree.corners,
+        b.tree.frames[0],
+        a.tree.depth + b.tree.depth,
+        motion.placed,
+        motion.is_placed,
+        motion.bends,
+        motion.has_bend,
+        timeline.settled(),
+        np.zeros((64, 3)),
+    )
+    timeline.count(looked, judged)
+    if looked > quick:
+        findings, looked = _examined_by_distance(
+            chain, pair, way, motion, findings[:found], resolution, piece_limit
+        )
+        found = len(findings)
+        timeline.count(looked, looked)
+    if found:
+        timeline.add(pair.names, findings[:found])
+    if looked > piece_limit:
+        timeline.note(pair.names, f"gave up after {looked} pieces")
+
+
+def _examined_by_distance(
+    chain: Chain,
+    pair: Pair,
+    way: Route,
+    motion: Motion,
+    findings: Array,
+    resolution: float,
+    limit: int,
+) -> tuple[Array, int]:
+    """Findings in which what was left undecided is examined by true distances."""
+    rows: list[tuple[float, float, float]] = []
+    looked = 0
+    for begin, end, outcome in _joined(findings):
+        if outcome != path_kernels.UNDECIDED:
+            rows.append((begin, end, outcome))
+            continue
+        found, count = by_distance(
+            chain,
+            pair,
+            way,
+            motion,
+            (begin, end),
+            (resolution, CONTACT_LENGTH),
+            max(limit - looked, 0),
+        )
+        rows += found
+        looked += count
+    return np.array(rows, dtype=np.float64).reshape(-1, 3), looked
+
+
+def _joined(findings: Array) -> list[tuple[float, float, float]]:
+    """Findings in order, neighbouring ones of equal outcome as one."""
+    joined: list[tuple[float, float, float]] = []
+    for row in findings:
+        begin, end, outcome = (float(x) for x in row)
+        if joined and joined[-1][1] == begin and joined[-1][2] == outcome:
+            joined[-1] = (joined[-1][0], end, outcome)
+        else:
+            joined.append((begin, end, outcome))
+    return joined
+
+
+__all__ = ["Body", "Pair", "PathProblem", "PathVerdict", "Stretch", "search"]

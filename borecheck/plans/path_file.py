@@ -1,0 +1,124 @@
+"""A joint path from a CSV file: joint names in the header, a waypoint a line.
+
+Radians and metres; another unit stands in the column's name: `elbow_deg`, `slide_mm`.
+"""
+
+import csv
+import math
+import re
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.core.csv_columns import (
+    ColumnError,
+    refuse_mixed,
+    separator_problem,
+    unit_columns,
+)
+from borecheck.errors import PlanError, UnknownNameError
+
+MAX_BYTES = 50_000_000
+
+# Python's float() also takes 1_000 and digits of other scripts; a path does not.
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+
+
+def read_path(
+    path: Path, joint_names: Sequence[str], sliding: Collection[str] = ()
+) -> NDArray[np.float64]:
+    """Waypoints (k, n) in the order of the joints, [m] and [rad].
+
+    Args:
+        path: CSV; every joint is a column, in any order; NAME_deg, NAME_mm ... state
+            another unit than SI, for all joints of a kind or for none.
+        joint_names: The robot's free joints.
+        sliding: Which of them slide; the others turn.
+
+    Raises:
+        PlanError: The file cannot be read, a column is missing, unknown or doubled, or
+            a cell is no finite number; one line with file and line number.
+    """
+    rows = _rows(path)
+    if not rows:
+        raise PlanError(path, "is empty")
+    header = [cell.strip() for cell in rows[0][1]]
+    columns = _columns(path, header, joint_names, sliding)
+    if len(rows) < 2:
+        raise PlanError(path, "has a header but no waypoint")
+    waypoints = np.zeros((len(rows) - 1, len(joint_names)))
+    for k, (line, row) in enumerate(rows[1:]):
+        if len(row) != len(header):
+            problem = f"has {len(row)} cells, the header has {len(header)}"
+            raise PlanError(path, problem, f"line {line}")
+        for joint, name in enumerate(joint_names):
+            index, factor = columns[name]
+            value = _number(path, line, header[index], row[index])
+            waypoints[k, joint] = factor * value
+    return waypoints
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Line number and cells of every line that is not blank."""
+    reader = csv.reader(_text(path).splitlines())
+    try:
+        return [
+            (reader.line_num, row)
+            for row in reader
+            if any(cell.strip() for cell in row)
+        ]
+    except csv.Error as error:
+        raise PlanError(
+            path, f"is no CSV: {error}", f"line {reader.line_num}"
+        ) from None
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.is_dir():
+            raise PlanError(path, "is a directory, not a path file")
+        if path.stat().st_size > MAX_BYTES:
+            raise PlanError(path, "is larger than 50 MB")
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        raise PlanError(path, "there is no such file") from error
+    except PermissionError as error:
+        raise PlanError(path, "no permission to read it") from error
+    except (OSError, ValueError) as error:
+        raise PlanError(path, f"cannot be read as text: {error}") from error
+
+
+def _columns(
+    path: Path,
+    header: list[str],
+    joint_names: Sequence[str],
+    sliding: Collection[str],
+) -> dict[str, tuple[int, float]]:
+    """Place and factor to SI of every joint."""
+    problem = separator_problem(header)
+    if problem is not None:
+        raise PlanError(path, problem)
+    turning = [name for name in joint_names if name not in sliding]
+    slides = [name for name in joint_names if name in sliding]
+    try:
+        columns = unit_columns(header, turning, slides, "joint")
+        refuse_mixed(header, turning)
+        refuse_mixed(header, slides)
+    except (ColumnError, UnknownNameError) as error:
+        raise PlanError(path, str(error)) from error
+    missing = [name for name in joint_names if name not in columns]
+    if missing:
+        raise PlanError(path, f"has no column for {', '.join(missing)}")
+    return columns
+
+
+def _number(path: Path, line: int, name: str, cell: str) -> float:
+    text = cell.strip()
+    value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    if not math.isfinite(value):
+        raise PlanError(
+            path, f"{cell.strip()!r} is no finite number", f"line {line}, {name}"
+        )
+    return value

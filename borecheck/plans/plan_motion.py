@@ -1,0 +1,154 @@
+"""From a needle plan to a motion of the robot: stand-off, entry, target."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.core.se3 import inverse
+from borecheck.errors import BorecheckError, UsageError
+from borecheck.plans.corridor import Corridor
+from borecheck.plans.needle_plan import NeedlePlan
+from borecheck.robots.description import RobotDescription, hook
+from borecheck.robots.robot import Robot
+
+Array = NDArray[np.float64]
+
+# Where the approach along the needle's line begins, before the skin. Assumed: longer
+# than any drape or marker, short enough for the stages' travel.
+STANDOFF = 0.05
+
+# Without an insertion joint the arm itself drives the needle: one configuration for
+# every so many metres, so that the tip stays within micrometres of the line.
+STEP = 0.002
+
+
+class UnreachableError(BorecheckError):
+    """No configuration within the limits reaches the plan; names the broken limit."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanMotion:
+    """A plan as the robot drives it.
+
+    Attributes:
+        plan: The plan.
+        waypoints: Configurations in the order of the URDF's joints, (k, n).
+        corridor: Where the needle may be in the patient.
+    """
+
+    plan: NeedlePlan
+    waypoints: Array
+    corridor: Corridor
+
+
+def plan_motion(
+    robot: Robot, plan: NeedlePlan, standoff: float = STANDOFF
+) -> PlanMotion:
+    """The motion that carries out a plan: approach along its line, then insertion.
+
+    With an insertion joint the stages carry the needle to the entry point and stand
+    still while it is driven; otherwise the whole arm follows the line.
+
+    Args:
+        robot: An installed robot with inverse kinematics.
+        plan: Entry and target in the scanner's frame, [m].
+        standoff: Length of the approach, [m].
+
+    Raises:
+        UsageError: The robot has no inverse kinematics, or the plan another mount.
+        UnreachableError: The plan is out of reach.
+    """
+    description = robot.description
+    if description is None or description.inverse is None:
+        raise UsageError(f"{robot.name} has no inverse kinematics: give --path instead")
+    check_mount(robot, plan)
+    entry, target = np.array(plan.entry), np.array(plan.target)
+    depth = float(np.linalg.norm(target - entry))
+    direction = (target - entry) / depth
+    if description.insertion_joint is not None:
+        stations = _driven(robot, description, depth, standoff)
+    else:
+        count = int(np.ceil((standoff + depth) / STEP)) + 1
+        stations = [(d, 0.0) for d in np.linspace(-standoff, depth, count)]
+    solver = _Solver(robot, description, plan, direction)
+    for distance, insertion in stations:
+        solver.add(entry + distance * direction, insertion)
+    corridor = Corridor(entry, target, description.needle_radius)
+    return PlanMotion(plan, np.array(solver.waypoints), corridor)
+
+
+def _driven(
+    robot: Robot, description: RobotDescription, depth: float, standoff: float
+) -> list[tuple[float, float]]:
+    """Distance of the tip along the line, and insertion, for a driven needle."""
+    index = robot.model.joint_names.index(description.insertion_joint or "")
+    start = float(robot.model.lower[index])
+    travel = float(robot.model.upper[index]) - start
+    if depth > travel:
+        raise UnreachableError(
+            f"the needle goes {1e3 * depth:.1f} mm deep, but "
+            f"{description.insertion_joint} drives it {1e3 * travel:.1f} mm"
+        )
+    return [(-standoff, start), (0.0, start), (depth, start + depth)]
+
+
+def check_mount(robot: Robot, plan: NeedlePlan) -> None:
+    """Refuses a plan for the other mounting side.
+
+    Raises:
+        UsageError: The robot stands at another mount.
+    """
+    mount = robot.arguments.get("mount")
+    if plan.mount is None or mount is None:
+        return
+    if float(plan.mount) != float(mount):
+        raise UsageError(
+            f"plan {plan.name} is for mount {plan.mount}, the robot stands at {mount}"
+        )
+
+
+class _Solver:
+    """Inverse kinematics along a line, staying on one branch."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        description: RobotDescription,
+        plan: NeedlePlan,
+        direction: Array,
+    ) -> None:
+        self._robot = robot
+        self._description = description
+        self._plan = plan
+        self._inverse = hook(description.inverse or "")
+        self._T_base_scene = inverse(robot.T_scene_base)
+        self._direction = self._T_base_scene[:3, :3] @ direction
+        self._arguments = {
+            name: robot.arguments[name] for name in description.closed_form_arguments
+        }
+        self.waypoints: list[Array] = []
+
+    def add(self, tip: Array, insertion: float) -> None:
+        """Adds the configuration that puts the tip there."""
+        tip_base = self._T_base_scene[:3, :3] @ tip + self._T_base_scene[:3, 3]
+        found: Any = self._inverse(
+            tip_base, self._direction, insertion, **self._arguments
+        )
+        if not found.configurations:
+            reasons = " | or: ".join(found.rejected) or "no solution"
+            raise UnreachableError(f"plan {self._plan.name} is out of reach: {reasons}")
+        options = [self._in_urdf(np.asarray(q)) for q in found.configurations]
+        before = self.waypoints[-1] if self.waypoints else self._robot.home
+        self.waypoints.append(
+            min(options, key=lambda q: float(np.linalg.norm(q - before)))
+        )
+
+    def _in_urdf(self, q_paper: Array) -> Array:
+        """The configuration in the URDF's joints, by the description's bridge."""
+        values = {
+            joint.name: joint.sign * float(value) + joint.offset
+            for joint, value in zip(self._description.joints, q_paper, strict=True)
+        }
+        return self._robot.model.configuration(values)

@@ -1,0 +1,1 @@
+"""Forward kinematics from several sources, and whether they agree."""

@@ -1,0 +1,280 @@
+"""Placements of a robot's links by Pinocchio; the only importer of pinocchio.
+
+Pinocchio ignores `<mimic>` by default and refuses chains of them when asked, orders
+joints by its own rules and hands out live references. This module hides all of it:
+joints are free joints of the URDF in the file's order, mimic joints are expanded
+here, and what is returned is a copy.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.errors import JointLimitError, UnknownNameError, UrdfError, UsageError
+from borecheck.robots.urdf.mimic import resolve
+from borecheck.robots.urdf.tree import Joint, UrdfTree, parse
+
+Array = NDArray[np.float64]
+
+# A limit typed in degrees and one computed in radians differ in the last digits.
+LIMIT_TOLERANCE = 1e-9
+
+MOVING = ("revolute", "continuous", "prismatic")
+
+
+@dataclass(frozen=True)
+class FreeJoint:
+    """A joint that the user sets.
+
+    Attributes:
+        name: As in the URDF.
+        type: revolute, continuous or prismatic.
+        lower: Lower limit, [rad] or [m]; -inf for continuous.
+        upper: Upper limit.
+    """
+
+    name: str
+    type: str
+    lower: float
+    upper: float
+
+    @property
+    def is_angle(self) -> bool:
+        """Whether the position is an angle."""
+        return self.type != "prismatic"
+
+
+class RobotModel:
+    """A robot built from URDF text: names, limits, and placements of its links.
+
+    Args:
+        urdf_text: The URDF, xacro expanded.
+        file: What to call it in errors.
+
+    Raises:
+        UrdfError: No robot can be built from it; one line with the element.
+    """
+
+    def __init__(self, urdf_text: str, file: str = "robot") -> None:
+        self.tree: UrdfTree = parse(urdf_text, file)
+        self._moving = [j for j in self.tree.joints if j.type in MOVING]
+        _refuse_undriven(self.tree, file)
+        self._follows = resolve(self.tree.joints, file)
+        self.free_joints = tuple(
+            FreeJoint(j.name, j.type, *_limits(j))
+            for j in self._moving
+            if j.name not in self._follows
+        )
+        self._pinocchio = _PinocchioModel(urdf_text, self.tree, file)
+
+    @property
+    def name(self) -> str:
+        """The robot's name in the URDF."""
+        return self.tree.name
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Free joints in the order of q."""
+        return tuple(joint.name for joint in self.free_joints)
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """All links in the file's order."""
+        return tuple(link.name for link in self.tree.links)
+
+    @cached_property
+    def lower(self) -> Array:
+        """Lower limits in the order of q, [rad] or [m]."""
+        return np.array([joint.lower for joint in self.free_joints])
+
+    @cached_property
+    def upper(self) -> Array:
+        """Upper limits in the order of q, [rad] or [m]."""
+        return np.array([joint.upper for joint in self.free_joints])
+
+    def configuration(self, values: Mapping[str, float]) -> Array:
+        """Q from positions by joint name; joints that are not named stand at 0.
+
+        Raises:
+            UnknownNameError: A name that is no free joint.
+        """
+        q = np.zeros(len(self.free_joints))
+        for name, value in values.items():
+            if name not in self.joint_names:
+                raise UnknownNameError("joint", name, self.joint_names)
+            q[self.joint_names.index(name)] = value
+        return q
+
+    def check_configuration(self, q: ArrayLike) -> Array:
+        """A copy of q as (n,) float64, if it has the right length and is finite.
+
+        Raises:
+            UsageError: Wrong length or a number that is not finite.
+        """
+        try:
+            q = np.array(q, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise UsageError(f"q is no list of numbers: {error}") from None
+        if q.shape != (len(self.free_joints),):
+            raise UsageError(
+                f"q has shape {q.shape}, but {self.name} has "
+                f"{len(self.free_joints)} joints: {', '.join(self.joint_names)}"
+            )
+        if not np.isfinite(q).all():
+            raise UsageError("q holds a number that is not finite")
+        return q
+
+    def check_limits(self, q: ArrayLike) -> Array:
+        """A copy of q, if every joint, mimic joints included, is within its limits.
+
+        Raises:
+            JointLimitError: Names every joint that is beyond its limit.
+        """
+        q = self.check_configuration(q)
+        positions = self.positions(q)
+        broken = []
+        for joint in self._moving:
+            lower, upper = _limits(joint)
+            value = positions[joint.name]
+            if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
+                unit = "m" if joint.type == "prismatic" else "rad"
+                broken.append(
+                    f"{joint.name} = {value:.6g} {unit} is outside "
+                    f"[{lower:.6g}, {upper:.6g}]"
+                )
+        if broken:
+            raise JointLimitError(f"{self.name}: " + "; ".join(broken))
+        return q
+
+    def beyond_limits(self, qs: Array) -> NDArray[np.bool_]:
+        """Which configurations (n, joints) break a limit, of mimic joints too, (n,)."""
+        beyond = np.zeros(len(qs), dtype=bool)
+        for joint in self._moving:
+            lower, upper = _limits(joint)
+            source, factor, offset = self.driver(joint.name, joint.type)
+            value = factor * qs[:, source] + offset
+            beyond |= value < lower - LIMIT_TOLERANCE
+            beyond |= value > upper + LIMIT_TOLERANCE
+        return beyond
+
+    def driver(self, name: str, kind: str) -> tuple[int, float, float]:
+        """Which entry of q drives a joint, with factor and offset.
+
+        (-1, 1, 0) for a fixed joint. A joint that mimics one that cannot move stands
+        still: factor 0.
+        """
+        if kind == "fixed":
+            return -1, 1.0, 0.0
+        leader, factor, offset = self._follows.get(name, (name, 1.0, 0.0))
+        if leader not in self.joint_names:
+            return 0, 0.0, offset
+        return self.joint_names.index(leader), factor, offset
+
+    def positions(self, q: ArrayLike) -> dict[str, float]:
+        """Position of every moving joint, mimic joints expanded, [rad] or [m]."""
+        q = self.check_configuration(q)
+        free = {joint.name: float(q[i]) for i, joint in enumerate(self.free_joints)}
+        return {joint.name: self._position(joint.name, free) for joint in self._moving}
+
+    def _position(self, name: str, free: Mapping[str, float]) -> float:
+        if name not in self._follows:
+            return free[name]
+        leader, multiplier, offset = self._follows[name]
+        return multiplier * free.get(leader, 0.0) + offset
+
+    def placements(self, q: ArrayLike) -> dict[str, Array]:
+        """T_root_link (4, 4) of every link at q; copies."""
+        return self._pinocchio.placements(self.positions(q))
+
+    def random_configurations(self, rng: np.random.Generator, count: int) -> Array:
+        """Configurations (count, n) drawn evenly within the limits.
+
+        A continuous joint is drawn within one turn. Mimic joints keep theirs by
+        rejection.
+        """
+        lower = np.where(np.isfinite(self.lower), self.lower, -np.pi)
+        upper = np.where(np.isfinite(self.upper), self.upper, np.pi)
+        drawn: list[Array] = []
+        for _ in range(1000 * count):
+            if len(drawn) == count:
+                break
+            q = rng.uniform(lower, upper)
+            try:
+                drawn.append(self.check_limits(q))
+            except JointLimitError:
+                continue
+        if len(drawn) < count:
+            raise JointLimitError(f"{self.name}: mimic joints leave no configuration")
+        return np.array(drawn).reshape(count, len(self.free_joints))
+
+
+def _limits(joint: Joint) -> tuple[float, float]:
+    if joint.type == "continuous" or joint.limits is None:
+        return -np.inf, np.inf
+    return joint.limits.lower, joint.limits.upper
+
+
+def _refuse_undriven(tree: UrdfTree, file: str) -> None:
+    for joint in tree.joints:
+        if joint.type not in (*MOVING, "fixed"):
+            raise UrdfError(
+                file,
+                f"a {joint.type} joint has no single position; borecheck drives "
+                f"{', '.join(MOVING)} joints (place a robot with --base)",
+                f"robot/joint[@name={joint.name!r}]",
+            )
+
+
+class _PinocchioModel:
+    """Pinocchio's model and data behind joint and link names."""
+
+    def __init__(self, urdf_text: str, tree: UrdfTree, file: str) -> None:
+        import pinocchio as pin  # 0.2 s, and only placements need it
+
+        self._pin = pin
+        try:
+            self._model = pin.buildModelFromXML(urdf_text, False)
+        except (ValueError, RuntimeError) as error:
+            raise UrdfError(file, f"Pinocchio refuses it: {error}") from error
+        self._data = self._model.createData()
+        self._neutral = np.array(pin.neutral(self._model))
+        self._joints = self._joint_slots(tree, file)
+        self._frames = self._link_frames(tree, file)
+
+    def _joint_slots(self, tree: UrdfTree, file: str) -> dict[str, tuple[int, int]]:
+        slots = {}
+        for joint in tree.joints:
+            if joint.type not in MOVING:
+                continue
+            if not self._model.existJointName(joint.name):
+                raise UrdfError(file, f"Pinocchio has no joint {joint.name!r}")
+            entry: Any = self._model.joints[self._model.getJointId(joint.name)]
+            slots[joint.name] = (int(entry.idx_q), int(entry.nq))
+        return slots
+
+    def _link_frames(self, tree: UrdfTree, file: str) -> dict[str, int]:
+        frames = {}
+        for link in tree.links:
+            if not self._model.existFrame(link.name, self._pin.BODY):
+                raise UrdfError(file, f"Pinocchio has no body {link.name!r}")
+            frames[link.name] = int(self._model.getFrameId(link.name, self._pin.BODY))
+        return frames
+
+    def placements(self, positions: Mapping[str, float]) -> dict[str, Array]:
+        q = self._neutral.copy()
+        for name, value in positions.items():
+            start, size = self._joints[name]
+            if size == 2:  # a continuous joint is stored as cosine and sine
+                q[start : start + 2] = np.cos(value), np.sin(value)
+            else:
+                q[start] = value
+        self._pin.framesForwardKinematics(self._model, self._data, q)
+        frames = self._data.oMf
+        return {
+            link: np.array(frames[index].homogeneous)
+            for link, index in self._frames.items()
+        }

@@ -1,0 +1,1 @@
+"""URDF and xacro text: expanded, parsed with its lines, paths resolved."""

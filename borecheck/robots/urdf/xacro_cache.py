@@ -1,0 +1,70 @@
+"""Expanded xacro files kept on disk, valid while no file they came from has changed."""
+
+import json
+import logging
+from collections.abc import Mapping
+from hashlib import sha256
+from pathlib import Path
+
+from borecheck.core import cache
+from borecheck.robots.urdf.xacro import expand
+
+_log = logging.getLogger(__name__)
+
+_KIND = "expanded-1"
+
+
+def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
+    """URDF text of a xacro file that includes by relative path.
+
+    A tenth of a second is saved where nothing changed; every file that was read is
+    hashed again to know that.
+
+    Args:
+        path: The main file.
+        arguments: All xacro arguments.
+
+    Raises:
+        UrdfError: The file cannot be expanded.
+    """
+    asked = json.dumps([str(path), dict(arguments)], sort_keys=True)
+    file = cache.cache_folder() / f"{_KIND}-{sha256(asked.encode()).hexdigest()}.json"
+    stored = _read(file)
+    if stored is not None:
+        return stored
+    expanded = expand(path, arguments)
+    document = {
+        "text": expanded.text,
+        "files": {str(source): _hash(source) for source in expanded.files},
+    }
+    _write(file, json.dumps(document))
+    return expanded.text
+
+
+def _read(file: Path) -> str | None:
+    """The stored text, if every file it came from is as it was."""
+    try:
+        document = json.loads(file.read_text(encoding="utf-8"))
+        text, files = document["text"], document["files"]
+        if not files or any(_hash(Path(f)) != known for f, known in files.items()):
+            return None
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        _log.warning("%s: damaged cache file ignored (%s)", file, error)
+        return None
+    return str(text)
+
+
+def _write(file: Path, text: str) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        part = file.with_suffix(f".{sha256(text.encode()).hexdigest()[:8]}.tmp")
+        part.write_text(text, encoding="utf-8")
+        part.replace(file)
+    except OSError as error:
+        _log.warning("%s: not cached (%s)", file, error)
+
+
+def _hash(file: Path) -> str:
+    return sha256(file.read_bytes()).hexdigest()

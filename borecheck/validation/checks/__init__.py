@@ -1,0 +1,1 @@
+"""The checks themselves, one module a subject; each is a function with a code."""

@@ -1,0 +1,238 @@
+"""Geometry checks that need no mesh file: sizes, scales, references, coverage."""
+
+from collections.abc import Iterator
+from pathlib import PurePosixPath, PureWindowsPath
+
+from borecheck.robots.urdf.source import NotNumbersError, parse_numbers
+from borecheck.validation.findings import Severity
+from borecheck.validation.reading.draft import DraftShape, Robot
+from borecheck.validation.reading.mesh_reading import resolution_of
+from borecheck.validation.registry import Hit, check
+
+_SIZES = {
+    "box": ("size",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "sphere": ("radius",),
+}
+_SUFFIXES = (".stl", ".obj", ".ply", ".dae")
+
+
+def shapes(robot: Robot) -> Iterator[DraftShape]:
+    """All visuals and collisions."""
+    for link in robot.links:
+        yield from link.shapes
+
+
+def for_collision(shape: DraftShape) -> Severity | None:
+    """The check's own severity for collision shapes, a warning for visuals."""
+    return None if shape.kind == "collision" else Severity.WARNING
+
+
+def _is_absolute(filename: str) -> bool:
+    path = filename.removeprefix("file://")
+    windows = PureWindowsPath(path)
+    return PurePosixPath(path).is_absolute() or bool(windows.drive)
+
+
+@check("G501", "mesh-not-found", "geometry", "WEE")
+def mesh_not_found(robot: Robot) -> Iterator[Hit]:
+    """A mesh file cannot be found.
+
+    Why: The link has no geometry then: nothing can touch it. Some libraries stop,
+    others go on without the shape.
+
+    Mend: Correct the path, or name the folder that holds the package with
+    --package-path.
+
+    Libraries: Pinocchio and Drake stop; yourdfpy and PyBullet warn and leave it out.
+    """
+    for shape in shapes(robot):
+        if shape.filename is None:
+            continue
+        found = resolution_of(robot, shape.filename)
+        if found.path is not None or found.near_miss is not None:
+            continue
+        if found.problem and "leaves" in found.problem:
+            continue
+        tried = ", ".join(str(path) for path in found.tried[:8]) or "nothing"
+        message = f"{shape.filename!r}: {found.problem}; tried {tried}"
+        yield Hit(shape.shape, message, "filename", for_collision(shape))
+
+
+@check("G502", "mesh-other-spelling", "geometry", "WEE")
+def mesh_other_spelling(robot: Robot) -> Iterator[Hit]:
+    """A mesh file exists only under another spelling (case, backslash).
+
+    Why: It is found on one system and missing on the next.
+
+    Mend: Write the name exactly as the file is called, with forward slashes.
+    """
+    for shape in shapes(robot):
+        if shape.filename is None:
+            continue
+        found = resolution_of(robot, shape.filename)
+        if found.path is None and found.near_miss is not None:
+            message = f"{shape.filename!r}: the file is {found.near_miss}"
+            yield Hit(shape.shape, message, "filename", for_collision(shape))
+
+
+@check("G503", "mesh-absolute-path", "geometry", "WWW")
+def mesh_absolute_path(robot: Robot) -> Iterator[Hit]:
+    """A mesh is named by an absolute path.
+
+    Why: The robot cannot be moved to another computer.
+
+    Mend: Use package://PACKAGE/... or a path relative to the file.
+    """
+    for shape in shapes(robot):
+        if shape.filename is not None and _is_absolute(shape.filename):
+            message = f"{shape.filename!r} is an absolute path"
+            yield Hit(shape.shape, message, "filename")
+
+
+@check("G504", "mesh-path-escapes", "geometry", "EEE")
+def mesh_path_escapes(robot: Robot) -> Iterator[Hit]:
+    """A mesh path leads out of its package.
+
+    Why: A stranger's file has no business elsewhere on this computer; the path is not
+    followed.
+
+    Mend: Keep the meshes inside the package.
+    """
+    for shape in shapes(robot):
+        if shape.filename is not None:
+            found = resolution_of(robot, shape.filename)
+            if found.path is None and found.problem and "leaves" in found.problem:
+                message = f"{shape.filename!r}: {found.problem}"
+                yield Hit(shape.shape, message, "filename")
+
+
+@check("G509", "scale-zero", "geometry", "EEE")
+def scale_zero(robot: Robot) -> Iterator[Hit]:
+    """A mesh is scaled by zero.
+
+    Why: It becomes flat: nothing touches it.
+
+    Mend: Give the scale; 1 1 1 is the default.
+
+    Libraries: most accept it in silence.
+    """
+    for shape in shapes(robot):
+        if shape.tag == "mesh" and 0.0 in shape.scale:
+            yield Hit(shape.shape, f"scale={shape.shape.get('scale')!r}", "scale")
+
+
+@check("G510", "scale-mirrored", "geometry", "WWW")
+def scale_mirrored(robot: Robot) -> Iterator[Hit]:
+    """A mesh is mirrored by a negative scale.
+
+    Why: Mirroring turns the winding inside out: what is inside becomes outside for
+    libraries that do not turn the triangles back.
+
+    Mend: Mirror the mesh file itself, with its winding turned.
+
+    Libraries: Coal and FCL keep the winding (inside out); viewers often light it wrong;
+    borecheck turns the triangles back.
+    """
+    for shape in shapes(robot):
+        if shape.tag == "mesh" and min(shape.scale) < 0.0:
+            level = None if shape.kind == "collision" else Severity.INFO
+            text = f"scale={shape.shape.get('scale')!r}"
+            yield Hit(shape.shape, text, "scale", level)
+
+
+@check("G511", "scale-uneven", "geometry", "III")
+def scale_uneven(robot: Robot) -> Iterator[Hit]:
+    """A mesh is scaled differently along its axes.
+
+    Why: Rarely meant; angles and round shapes are distorted.
+
+    Mend: Use one scale, or stretch the mesh file itself.
+
+    Libraries: some take the first number for all three.
+    """
+    for shape in shapes(robot):
+        sizes = {abs(s) for s in shape.scale} if shape.tag == "mesh" else {1.0}
+        if max(sizes) - min(sizes) > 1e-9 * max(sizes):
+            yield Hit(shape.shape, f"scale={shape.shape.get('scale')!r}", "scale")
+
+
+@check("G522", "collision-missing", "geometry", "IWW")
+def collision_missing(robot: Robot) -> Iterator[Hit]:
+    """A link is drawn but has no collision geometry.
+
+    Why: It can drive through everything without a contact being reported.
+
+    Mend: Add <collision>, or name the link among those not modelled.
+
+    Libraries: MoveIt, Drake and Pinocchio check nothing there; borecheck's own checks
+    and some tools take the visual.
+    """
+    for link in robot.links:
+        if link.of_kind("collision"):
+            continue
+        if link.name in robot.options.links:
+            message = f"link {link.name!r} must have collision geometry and has none"
+            yield Hit(link.element, message, None, Severity.ERROR)
+        elif link.of_kind("visual"):
+            yield Hit(link.element, f"link {link.name!r} has no <collision>")
+
+
+@check("G525", "size-not-positive", "geometry", "EEE")
+def size_not_positive(robot: Robot) -> Iterator[Hit]:
+    """A box, cylinder, sphere or capsule has a size that is zero or negative.
+
+    Why: There is no such solid; libraries skip it, take the absolute value or stop.
+
+    Mend: Give positive sizes in metres.
+
+    Libraries: Drake and MuJoCo refuse it; urdfdom and yourdfpy accept it.
+    """
+    for shape in shapes(robot):
+        for attribute in _SIZES.get(shape.tag or "", ()):
+            text = shape.shape.get(attribute)
+            try:
+                values = parse_numbers(text or "")
+            except NotNumbersError:
+                continue
+            if values and min(values) <= 0.0:
+                yield Hit(shape.shape, f"{attribute}={text!r}", attribute)
+
+
+@check("G530", "mesh-format", "geometry", "WWW")
+def mesh_format(robot: Robot) -> Iterator[Hit]:
+    """The mesh is in a format that is not read here.
+
+    Why: It was not checked, and many libraries cannot read it.
+
+    Mend: Export STL, OBJ, PLY or Collada.
+    """
+    for shape in shapes(robot):
+        suffix = PurePosixPath(shape.filename or "x.stl").suffix.strip().lower()
+        if suffix not in _SUFFIXES:
+            message = f"{shape.filename!r}: {suffix or 'no suffix'} is not read"
+            yield Hit(shape.shape, message, "filename")
+
+
+@check("G536", "shape-repeated", "geometry", "IWW")
+def shape_repeated(robot: Robot) -> Iterator[Hit]:
+    """A link has the same shape twice at the same place.
+
+    Why: It costs time in every check, and the second was probably meant elsewhere.
+
+    Mend: Remove one, or correct its origin.
+    """
+    for link in robot.links:
+        seen = set()
+        for shape in link.shapes:
+            if shape.shape is None:
+                continue
+            origin = shape.element.find("origin")
+            where = () if origin is None else tuple(sorted(origin.attrib.items()))
+            what = (shape.kind, shape.tag, tuple(sorted(shape.shape.attrib.items())))
+            if (what, where) in seen:
+                yield Hit(
+                    shape.element, f"link {link.name!r} has this {shape.kind} twice"
+                )
+            seen.add((what, where))

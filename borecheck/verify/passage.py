@@ -1,0 +1,133 @@
+"""A needle in its corridor, for `verify.check`: numpy only.
+
+Everything is told by depth along the corridor's line, 0 at the entry, and by distance
+aside of it. If no point of the needle moves farther than a length during an interval,
+every triangle stays in a cylinder about the line: its own least and largest depth and
+distance aside, each larger by that length. Deeper than the corridor's near end these
+cylinders must lie in the corridor; what of them lies before it must be clear of the
+patient. Cylinders are joined by the line, so one point of it that is outside the
+patient, and a patient that meets neither, shows that all of them are outside.
+"""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# More than the rounding of sizes up to 100 m, [m].
+ROUNDING = 1e-10
+# Into so many lengths the line is divided at most.
+MOST_CUTS = 65
+
+
+class StatedCorridor:
+    """A corridor as a certificate states it, about a patient's triangles (m, 3, 3)."""
+
+    def __init__(self, record: dict[str, Any], patient: Array) -> None:
+        self.entry = np.array(record["entry"], dtype=np.float64)
+        self.target = np.array(record["target"], dtype=np.float64)
+        self.radius, self.slack = float(record["radius_m"]), float(record["slack_m"])
+        numbers = [*self.entry, *self.target, self.radius, self.slack]
+        self.length = float(np.linalg.norm(self.target - self.entry))
+        if not (np.isfinite(numbers).all() and min(numbers[6:]) >= 0.0 < self.length):
+            raise ValueError("a corridor of no length, or with numbers that are none")
+        self.axis = (self.target - self.entry) / self.length
+        middle = patient.mean(axis=1)
+        reach = np.linalg.norm(patient - middle[:, None], axis=2).max(axis=1)
+        # no point of a triangle is nearer to the line than this
+        self.nearest = self._told(middle)[1] - reach - ROUNDING
+        self.patient = patient
+
+    def _told(self, points: Array) -> tuple[Array, Array]:
+        """Depth and distance aside of points (..., 3)."""
+        depth = (points - self.entry) @ self.axis
+        across = points - self.entry - depth[..., None] * self.axis
+        return depth, np.linalg.norm(across, axis=-1)
+
+    def at(self, depth: float) -> Array:
+        """The point of the line at a depth."""
+        return np.asarray(self.entry + depth * self.axis, dtype=np.float64)
+
+    def why_not(self, needle: Array, moved: float) -> str:
+        """What is wrong with a needle's triangles (m, 3, 3), moved so far; or ""."""
+        depth, aside = self._told(needle)
+        grow = moved + ROUNDING
+        low, high = depth.min(axis=1) - grow, depth.max(axis=1) + grow
+        wide, near = aside.max(axis=1) + grow, -self.slack
+        if depth.min() + grow >= near:
+            return "may be in with all of its length"
+        deep = high > near
+        if (high[deep] > self.length + self.slack).any():
+            return "may be beyond the target"
+        if (wide[deep] > self.radius + self.slack).any():
+            return "may be aside of its corridor"
+        before = low < near
+        low, wide, high = low[before], wide[before], np.minimum(high[before], near)
+        cuts = np.unique([*low, *high])
+        if len(cuts) > MOST_CUTS:
+            cuts = np.linspace(cuts[0], cuts[-1], MOST_CUTS)
+        for begin, end in pairwise(cuts):
+            there = (low < end) & (high > begin)
+            if self._met(begin, end, float(wide[there].max(initial=ROUNDING))):
+                return "may meet it before the entry"
+        return ""
+
+    def _met(self, begin: float, end: float, wide: float) -> bool:
+        """Whether a triangle may have a point in a cylinder about the line."""
+        for corners in self.patient[self.nearest <= wide]:
+            polygon = _between(
+                list(corners), self._depth, begin - ROUNDING, end + ROUNDING
+            )
+            if polygon and self._aside_of(np.array(polygon)) <= wide + ROUNDING:
+                return True
+        return False
+
+    def _depth(self, point: Array) -> float:
+        return float((point - self.entry) @ self.axis)
+
+    def _aside_of(self, polygon: Array) -> float:
+        """How near a flat convex polygon comes to the line, seen along it."""
+        from_entry = polygon - self.entry
+        seen = from_entry - np.outer(from_entry @ self.axis, self.axis)
+        best = np.inf
+        turns = []
+        for p, q in zip(seen, np.roll(seen, -1, axis=0), strict=True):
+            side = q - p
+            square = float(side @ side)
+            share = min(max(-float(p @ side) / square, 0.0), 1.0) if square else 0.0
+            best = min(best, float(np.linalg.norm(p + share * side)))
+            turns.append(float(np.cross(p, q) @ self.axis))
+        # The line goes through, or the polygon is seen edge on: then it is as thin as
+        # it is near.
+        around = float(np.linalg.norm(seen - np.roll(seen, -1, axis=0), axis=1).sum())
+        through = min(turns) >= 0.0 or max(turns) <= 0.0
+        if through and best * around <= abs(sum(turns)) + ROUNDING * around:
+            return 0.0
+        return best
+
+    def __str__(self) -> str:
+        ends = [
+            ", ".join(f"{1e3 * x:.1f}" for x in p) for p in (self.entry, self.target)
+        ]
+        beside = 1e3 * (self.radius + self.slack)
+        return (
+            f"from ({ends[0]}) to ({ends[1]}) mm, {beside:.2f} mm beside it and "
+            f"{1e3 * self.slack:g} mm beyond its ends"
+        )
+
+
+def _between(polygon: list[Array], depth: Any, low: float, high: float) -> list[Array]:
+    """What of a convex polygon has a depth between two; maybe nothing."""
+    for sign, limit in ((1.0, high), (-1.0, -low)):
+        kept = []
+        for p, q in zip(polygon, polygon[1:] + polygon[:1], strict=True):
+            over_p, over_q = sign * depth(p) - limit, sign * depth(q) - limit
+            if over_p <= 0.0:
+                kept.append(p)
+            if (over_p <= 0.0) != (over_q <= 0.0):
+                kept.append(p + over_p / (over_p - over_q) * (q - p))
+        polygon = kept
+    return polygon

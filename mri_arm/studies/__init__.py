@@ -1,0 +1,1 @@
+"""Studies of [Heikkila2010]: accuracy, workspace, task, calibration."""

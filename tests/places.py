@@ -1,0 +1,7 @@
+"""Where the tests find their data and the project."""
+
+from pathlib import Path
+
+DATA = Path(__file__).parent / "data"
+ROBOTS = DATA / "robots"
+PROJECT = Path(__file__).parents[1]

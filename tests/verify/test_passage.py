@@ -1,0 +1,300 @@
+"""A needle's corridor in a certificate: it holds as written, and not when changed."""
+
+import copy
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from borecheck.cli import main
+from borecheck.core.se3 import axis_rotation, transform
+from borecheck.geometry.mesh.primitives import box
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.motion.bounds import SLIDES, TURNS, Chain
+from borecheck.motion.certificate import (
+    certificate,
+    corridor_record,
+    digest,
+    write_certificate,
+)
+from borecheck.motion.passage import Approach, Slabs
+from borecheck.motion.problem import Body, Passage, PathProblem
+from borecheck.motion.search import search
+from borecheck.plans.corridor import SLACK, Corridor
+from borecheck.verify.check import verify
+from borecheck.verify.passage import StatedCorridor
+
+Array = NDArray[np.float64]
+Document = dict[str, Any]
+
+RADIUS = 0.001
+LENGTH = 0.05
+CORRIDOR = Corridor(np.zeros(3), np.array([0.0, 0.0, -LENGTH]), RADIUS)
+# A stand-off, the entry, the target; with a small tilt about a point above the tip.
+WAYPOINTS = np.array([[0.03, 0.02], [1e-4, 0.0], [-LENGTH, 0.005]])
+
+
+def _block(low: Any, high: Any) -> TriangleMesh:
+    low, high = np.array(low), np.array(high)
+    return box("block", high - low).moved(transform((low + high) / 2))
+
+
+def _joined(name: str, *parts: TriangleMesh) -> TriangleMesh:
+    starts = np.cumsum([0, *(len(p.vertices) for p in parts)])
+    triangles = [p.triangles + s for p, s in zip(parts, starts[:-1], strict=True)]
+    vertices = np.concatenate([p.vertices for p in parts])
+    return TriangleMesh(name, vertices, np.concatenate(triangles))
+
+
+BODY = _block([-0.2, -0.2, -0.2], [0.2, 0.2, 0.0])
+FOLD = _block([0.01, -0.05, 0.0], [0.1, 0.05, 0.02])
+NEEDLE = _block([-5e-4, -5e-4, 0.0], [5e-4, 5e-4, 0.12])
+HOLDER = _block([-0.01, -0.01, 0.1], [0.01, 0.01, 0.12])
+
+
+@pytest.fixture(scope="module")
+def problem() -> PathProblem:
+    chain = Chain(
+        parent=np.array([-1, 0]),
+        origin=np.array([np.eye(4), transform([0, 0, 0.02])]),
+        kind=np.array([SLIDES, TURNS]),
+        axis=np.array([[0.0, 0, 1], [0, 1, 0]]),
+        source=np.array([0, 1]),
+        factor=np.ones(2),
+        offset=np.zeros(2),
+    )
+    down = transform([0, 0, -0.02])
+    parts = (
+        Body("needle", NEEDLE.moved(down), 1),
+        Body("holder", HOLDER.moved(down), 1),
+    )
+    obstacles = (Body("body", _joined("body", BODY, FOLD)),)
+    return PathProblem(chain, parts, obstacles, passages=(Passage(0, 0, CORRIDOR),))
+
+
+@pytest.fixture(scope="module")
+def document(problem: PathProblem) -> Document:
+    outcome = search(problem, WAYPOINTS)
+    assert outcome.verdict == "clear", outcome.reason
+    written = certificate(problem, WAYPOINTS, outcome)
+    assert written is not None
+    assert len(written["passages"][0]["intervals"]) > 8
+    return written
+
+
+@pytest.fixture(scope="module")
+def meshes(problem: PathProblem) -> list[Any]:
+    bodies = (*problem.parts, *problem.obstacles)
+    return [(body.mesh.vertices, body.mesh.triangles) for body in bodies]
+
+
+def test_it_holds_and_says_what_is_allowed(
+    document: Document, meshes: list[Any]
+) -> None:
+    found = verify(document, meshes)
+    assert found.accepted, found.problems
+    assert found.pairs == 2
+    assert found.not_covered == ()
+    assert found.passages == (
+        "needle in body from (0.0, 0.0, 0.0) to (0.0, 0.0, -50.0) mm, "
+        "3.00 mm beside it and 2 mm beyond its ends",
+    )
+
+
+def test_the_command_names_the_corridor(
+    document: Document,
+    problem: PathProblem,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    file = tmp_path / "plan.json"
+    write_certificate(file, document, problem)
+    assert main(["verify", str(file)]) == 0
+    told = capsys.readouterr().out
+    assert "ACCEPTED" in told
+    assert "allowed: needle in body from (0.0, 0.0, 0.0)" in told
+    assert main(["verify", str(file), "--format", "json"]) == 0
+    stated = json.loads(capsys.readouterr().out)
+    assert len(stated["passages"]) == 1
+    assert stated["not_covered"] == []
+
+
+def _passage(d: Document) -> dict[str, Any]:
+    record: dict[str, Any] = d["passages"][0]
+    return record
+
+
+def _no_passage(d: Document) -> None:
+    d["passages"] = []
+
+
+def _one_interval_less(d: Document) -> None:
+    del _passage(d)["intervals"][3]
+
+
+def _first_for_all(d: Document) -> None:
+    _passage(d)["intervals"] = [[0.0, 2.0, 1.0, 10.0]]
+
+
+def _small_displacement(d: Document) -> None:
+    _passage(d)["intervals"][2][3] *= 0.9
+
+
+def _later_instant(d: Document) -> None:
+    row = _passage(d)["intervals"][-1]
+    row[2] = row[1]
+
+
+def _narrow(d: Document) -> None:
+    _passage(d)["slack_m"] = 1e-4
+
+
+def _shallow(d: Document) -> None:
+    _passage(d)["target"][2] += 3e-3
+
+
+def _aside(d: Document) -> None:
+    for end in ("entry", "target"):
+        _passage(d)[end][0] += 3e-3
+
+
+def _deep_entry(d: Document) -> None:
+    _passage(d)["entry"][2] -= 3e-3
+
+
+def _no_length(d: Document) -> None:
+    _passage(d)["target"] = _passage(d)["entry"]
+
+
+def _negative(d: Document) -> None:
+    _passage(d)["radius_m"] = -1.0
+
+
+def _no_number(d: Document) -> None:
+    _passage(d)["intervals"][0][3] = float("nan")
+
+
+def _of_two_parts(d: Document) -> None:
+    _passage(d)["standing"] = 1
+
+
+def _other_waypoint(d: Document) -> None:
+    d["waypoints"][2][1] = 0.2
+
+
+def _deeper(d: Document) -> None:
+    d["waypoints"][2][0] -= 3e-3
+
+
+def _patient_moved(d: Document) -> None:
+    d["bodies"][2]["T_frame_mesh"][0][3] = -0.01
+
+
+def _patient_around(d: Document) -> None:
+    d["bodies"][2]["T_frame_mesh"][2][3] = 0.19
+
+
+CHANGES = [
+    _no_passage, _one_interval_less, _first_for_all, _small_displacement,
+    _later_instant, _narrow, _shallow, _aside, _deep_entry, _no_length, _negative,
+    _no_number, _of_two_parts, _other_waypoint, _deeper, _patient_moved,
+    _patient_around,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=lambda c: c.__name__.strip("_"))
+def test_any_change_is_rejected(
+    change: Callable[[Document], None], document: Document, meshes: list[Any]
+) -> None:
+    changed = copy.deepcopy(document)
+    change(changed)
+    content = {name: value for name, value in changed.items() if name != "sha256"}
+    changed["sha256"] = digest(content)
+    found = verify(changed, meshes)
+    assert not found.accepted
+    assert all("does not have the hash" not in text for text in found.problems)
+
+
+def _named(problem: PathProblem, plan: dict[str, Any] | None) -> Document:
+    """A certificate that also says what it is called."""
+    about: dict[str, Any] = {} if plan is None else {"plan": plan}
+    outcome = search(problem, WAYPOINTS)
+    written = certificate(problem, WAYPOINTS, outcome, about)
+    assert written is not None
+    return written
+
+
+def test_contact_is_allowed_in_the_named_plans_corridor_only(
+    problem: PathProblem, meshes: list[Any]
+) -> None:
+    """A wider, deeper, shifted or missing plan does not stand for this corridor."""
+    plan = {"name": "liver", **corridor_record(CORRIDOR)}
+    assert verify(_named(problem, plan), meshes).accepted
+    others: list[dict[str, Any]] = [
+        {**plan, "radius_m": 2.0 * RADIUS},
+        {**plan, "slack_m": 0.0},
+        {**plan, "target": [0.0, 0.0, -LENGTH - 1e-9]},
+        {**plan, "entry": [1e-9, 0.0, 0.0]},
+    ]
+    for other in others:
+        problems = verify(_named(problem, other), meshes).problems
+        assert problems == ("the corridor is not that of the plan 'liver'",)
+    nameless = verify(_named(problem, None), meshes)
+    assert nameless.problems == ("it allows contact, but names no needle plan",)
+
+
+@pytest.mark.parametrize("about", [[], "liver", {"plan": {}}, {"plan": "liver"}])
+def test_names_that_are_none_are_rejected(
+    about: Any, document: Document, meshes: list[Any]
+) -> None:
+    content = {k: v for k, v in document.items() if k != "sha256"} | {"about": about}
+    assert not verify({**content, "sha256": digest(content)}, meshes).accepted
+
+
+def test_a_certificate_of_earlier_days_has_no_passages(
+    problem: PathProblem, meshes: list[Any]
+) -> None:
+    holder = PathProblem(problem.chain, problem.parts[1:], problem.obstacles)
+    written = certificate(holder, WAYPOINTS, search(holder, WAYPOINTS))
+    assert written is not None
+    del written["passages"]
+    written["sha256"] = digest({k: v for k, v in written.items() if k != "sha256"})
+    assert verify(written, meshes).accepted
+
+
+def test_both_sides_agree_about_random_needles(rng: np.random.Generator) -> None:
+    """What the writer allows the verifier does, but for a hair at the borders."""
+    fold = _block([0.002, -0.05, 0.004], [0.1, 0.05, 0.02])
+    patient = Body("body", _joined("body", BODY, fold))
+    count = {True: 0, False: 0}
+    for _ in range(150):
+        direction = np.array([*rng.uniform(-0.6, 0.6, 2), -1.0])
+        target = LENGTH * direction / np.linalg.norm(direction)
+        corridor = Corridor(np.zeros(3), target, RADIUS)
+        x = np.array([*rng.uniform(-1.0, 1.0, 2), 0.0])
+        R = axis_rotation(x / np.linalg.norm(x), np.linalg.norm(x) * 0.02)
+        upright = np.column_stack(
+            [
+                *np.linalg.qr(np.column_stack([target, np.eye(3)[:, :2]]))[0].T[1:],
+                -corridor.direction,
+            ]
+        )
+        corners = NEEDLE.corners @ (R @ upright).T + rng.uniform(0.1, 1.02) * target
+        grow = rng.uniform(0.0, 5e-4)
+        flat = corners.reshape(-1, 3)
+        depth, aside = (c.reshape(1, -1, 3) for c in corridor.coordinates(flat))
+        allowed = Approach(patient, corridor).allows(Slabs.of(depth, aside, grow))
+        record = {
+            "entry": [0.0, 0.0, 0.0],
+            "target": target.tolist(),
+            "radius_m": RADIUS,
+            "slack_m": SLACK,
+        }
+        stated = StatedCorridor(record, patient.mesh.corners)
+        assert allowed == (stated.why_not(corners, grow) == "")
+        count[allowed] += 1
+    assert min(count.values()) > 20
