@@ -1,0 +1,21 @@
+"""Text from files, made fit for a terminal."""
+
+
+def printable(text: object, keep: str = "") -> str:
+    r"""Text in which every character shows itself.
+
+    Names come from files, and a file may be hostile: an escape sequence erases a line
+    that was printed, a line break begins one that a program reads as a command, a
+    change of direction turns a name round. All of these become escapes (`\x1b`,
+    `\n`, `\u202e`); letters of any script stay.
+
+    Args:
+        text: Anything; of what is no text, its `str`.
+        keep: Characters that stay although they do not show, for example a line break
+            in text of our own lines.
+    """
+    return "".join(c if c.isprintable() or c in keep else _escape(c) for c in str(text))
+
+
+def _escape(character: str) -> str:
+    return character.encode("unicode_escape", "surrogatepass").decode("ascii")
