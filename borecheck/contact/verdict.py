@@ -12,6 +12,45 @@ CONTACT = "contact"
 UNKNOWN = "unknown"
 
 
+class AnyVerdict:
+    """What every verdict has in common: exactly one of three answers holds.
+
+    An answer is neither true nor false. `if check(...)` would take "contact" for yes,
+    or for no, as its writer thought; so it is refused, and the question must be named.
+
+    Attributes:
+        verdict: clear, contact or unknown.
+    """
+
+    verdict: str
+
+    @property
+    def clear(self) -> bool:
+        """Whether it is shown that nothing touches."""
+        return self.verdict == CLEAR
+
+    @property
+    def contact(self) -> bool:
+        """Whether something touches, or comes within the margin."""
+        return self.verdict == CONTACT
+
+    @property
+    def unknown(self) -> bool:
+        """Whether neither could be shown."""
+        return self.verdict == UNKNOWN
+
+    def __bool__(self) -> bool:
+        """Refused: see the class.
+
+        Raises:
+            TypeError: Always; it names what to ask instead.
+        """
+        raise TypeError(
+            f"a verdict is neither true nor false (this one is {self.verdict!r}): "
+            "ask .clear, .contact or .unknown"
+        )
+
+
 @dataclass(frozen=True)
 class TrianglePair:
     """Two triangles in contact; the numbers are places in the meshes' triangle lists.
@@ -77,7 +116,7 @@ class Closest:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Verdict(AnyVerdict):
     """The answer for one configuration.
 
     Attributes:

@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, AnyVerdict
 from borecheck.motion.halving import CERTIFIED, TOUCHED, UNDECIDED
 
 Array = NDArray[np.float64]
 Names = tuple[str, str]
-
-CLEAR, CONTACT, UNKNOWN = "clear", "contact", "unknown"
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class PathVerdict:
+class PathVerdict(AnyVerdict):
     """The answer for every instant of a motion.
 
     Attributes:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact.check import Settings, check_with
-from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, Verdict
+from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, AnyVerdict, Verdict
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.robot import Robot
@@ -38,7 +38,7 @@ class Interval:
 
 
 @dataclass(frozen=True, eq=False)
-class MotionVerdict:
+class MotionVerdict(AnyVerdict):
     """The answer for a motion.
 
     Attributes:
