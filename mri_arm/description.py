@@ -1,10 +1,9 @@
 """The MRI arm as data: files, arguments, and the bridge to the paper's notation."""
 
-from pathlib import Path
-
 from borecheck.robots.description import Argument, JointMap, RobotDescription
+from borecheck_models import data_folder
 
-_FOLDER = Path(__file__).resolve().parents[1] / "urdf" / "mri_arm"
+_FOLDER = data_folder("mri_arm")
 
 DESCRIPTION = RobotDescription(
     name="mri_arm",

@@ -7,13 +7,11 @@ cross-check of `borecheck fk` checks. Never generate one from the other.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
-
-def _number(value: float, source: str) -> Any:
-    return field(default=value, metadata={"source": source})
+from borecheck_models import closed_form
+from borecheck_models.closed_form import finite, number
 
 
 @dataclass(frozen=True)
@@ -25,16 +23,16 @@ class Dimensions:
     (docs/mri_arm.md), and say so in the metadata of their field.
     """
 
-    base_x: float = _number(0.0, "assumed: axis 1 beside the patient, > 1 m (2 mT)")
-    base_y: float = _number(-1.30, "assumed: axis 1 beside the patient, > 1 m (2 mT)")
-    base_z: float = _number(-1.0, "assumed: the floor, image centre 1 m above it")
-    base_yaw: float = _number(0.0, "assumed: the forearm points across the patient")
-    shoulder: float = _number(0.60, "assumed: height of axis 2 above the floor")
-    upper_arm: float = _number(0.45, "assumed: axis 2 to axis 3; 0.25 to 0.7 fit too")
-    forearm: float = _number(1.0, "section 2: '4th link ... 1000 mm length'")
-    flange: float = _number(0.10, "assumed: as the 10 cm extension of section 5")
-    needle: float = _number(0.15, "section 4: 'biopsy needle (150 mm)'")
-    tool_square: float = _number(0.0, "1: needle at right angles to axis 6; 0: along")
+    base_x: float = number(0.0, "assumed: axis 1 beside the patient, > 1 m (2 mT)")
+    base_y: float = number(-1.30, "assumed: axis 1 beside the patient, > 1 m (2 mT)")
+    base_z: float = number(-1.0, "assumed: the floor, image centre 1 m above it")
+    base_yaw: float = number(0.0, "assumed: the forearm points across the patient")
+    shoulder: float = number(0.60, "assumed: height of axis 2 above the floor")
+    upper_arm: float = number(0.45, "assumed: axis 2 to axis 3; 0.25 to 0.7 fit too")
+    forearm: float = number(1.0, "section 2: '4th link ... 1000 mm length'")
+    flange: float = number(0.10, "assumed: as the 10 cm extension of section 5")
+    needle: float = number(0.15, "section 4: 'biopsy needle (150 mm)'")
+    tool_square: float = number(0.0, "1: needle at right angles to axis 6; 0: along")
 
 
 # J2, J3: section 2; J6: section 2; J1, J4, J5: assumed, "+/- 75 degrees ... or more";
@@ -71,38 +69,27 @@ def from_arguments(
     Raises:
         ValueError: An argument that does not exist or holds no finite number.
     """
-    unknown = sorted(set(arguments) - set(ARGUMENTS))
-    if unknown:
-        raise ValueError(f"unknown argument {unknown[0]!r} (known: {ARGUMENTS})")
+    closed_form.refuse_unknown(arguments, ARGUMENTS)
     names = {"base_x", "base_y", "base_yaw"} & set(arguments)
-    values = {name: _finite(name, arguments[name]) for name in names}
+    values = {name: finite(name, arguments[name]) for name in names}
     if "needle_length" in arguments:
-        values["needle"] = _finite("needle_length", arguments["needle_length"])
+        values["needle"] = finite("needle_length", arguments["needle_length"])
     values["tool_square"] = _square(arguments.get("needle_mount", "along"))
     nominal = Dimensions(**values)
-    moved = {name: getattr(nominal, name) + by for name, by in perturbed.items()}
-    return replace(nominal, **moved)
+    return closed_form.moved(nominal, perturbed)
 
 
 def dimensions(**arguments: str | float) -> dict[str, float]:
     """Every number of the closed form by its name, [m] and [rad]."""
-    chosen = from_arguments(arguments)
-    return {item.name: getattr(chosen, item.name) for item in fields(chosen)}
+    return closed_form.values(from_arguments(arguments))
 
 
 def sources() -> dict[str, str]:
     """Where every number of the closed form comes from, by name."""
-    return {item.name: item.metadata["source"] for item in fields(Dimensions)}
+    return closed_form.sources(Dimensions)
 
 
 def _square(mount: str | float) -> float:
     if mount not in ("along", "square"):
         raise ValueError(f"needle_mount {mount!r} is neither along nor square")
     return 1.0 if mount == "square" else 0.0
-
-
-def _finite(name: str, value: str | float) -> float:
-    number = float(value)
-    if not math.isfinite(number):
-        raise ValueError(f"{name} = {value!r} is not finite")
-    return number

@@ -6,12 +6,14 @@ and the last three turn the hand: 2 ways to face it, 2 elbows, 2 wrists.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck_models import closed_form
+from borecheck_models.closed_form import Solutions, needle_asked_for, within_limits
 from mri_arm.dimensions import LIMITS, Dimensions, from_arguments
 
 Array = NDArray[np.float64]
@@ -22,21 +24,9 @@ WRIST_IN_LINE = 1e-9
 # Rolls tried about the needle when the caller names none (needle at right angles).
 ROLLS = 24
 
+ANGLES = tuple(name for name in LIMITS if name != "insertion")
+
 _NOTHING: Mapping[str, float] = MappingProxyType({})
-
-
-@dataclass(frozen=True)
-class Solutions:
-    """Every joint position that puts the needle there.
-
-    Attributes:
-        configurations: Those within the limits, each (7,), read-only; may be empty.
-        rejected: One line for every other branch: which limits it breaks, by how much;
-            those that break fewest first.
-    """
-
-    configurations: tuple[Array, ...]
-    rejected: tuple[str, ...]
 
 
 def inverse(
@@ -67,7 +57,7 @@ def inverse(
         ValueError: A number is not finite, or the direction has no length.
     """
     d = from_arguments(arguments, perturbed)
-    tip, direction = _checked(tip, direction, insertion)
+    tip, direction = needle_asked_for(tip, direction, insertion)
     if d.tool_square > 0.5:
         return _square(d, tip, direction, insertion, rolls)
     found: list[Array] = []
@@ -96,26 +86,14 @@ def inverse_pose(
     """
     d = from_arguments(arguments, perturbed)
     T = np.array(T_I_E, dtype=np.float64)
-    tip, direction = _checked(T[:3, 3], T[:3, 2], insertion)
+    tip, direction = needle_asked_for(T[:3, 3], T[:3, 2], insertion)
     found = list(_branches(d, tip, T[:3, :3], insertion))
     return _sorted(found, d, tip, direction, insertion)
 
 
 def broken_limits(q: ArrayLike) -> tuple[str, ...]:
     """The joints of q (7,) beyond their limits, a phrase each; empty if none."""
-    phrases = []
-    for value, (name, (lower, upper)) in zip(
-        np.asarray(q), LIMITS.items(), strict=True
-    ):
-        if lower <= value <= upper:
-            continue
-        limit, side = (lower, "below") if value < lower else (upper, "above")
-        scale, unit = (1e3, "mm") if name == "insertion" else (math.degrees(1.0), "deg")
-        phrases.append(
-            f"{name} = {scale * value:.3f} {unit} is {side} its limit "
-            f"{scale * limit:.3f} {unit}"
-        )
-    return tuple(phrases)
+    return closed_form.broken_limits(q, LIMITS, ANGLES)
 
 
 def _square(
@@ -147,17 +125,9 @@ def _sorted(
 ) -> Solutions:
     if not found:
         return Solutions((), (_out_of_reach(d, tip),))
-    within: list[Array] = []
-    rejected: list[str] = []
-    for q in found:
-        broken = broken_limits(q)
-        if broken:
-            rejected.append("; ".join(broken))
-        else:
-            q.setflags(write=False)
-            within.append(q)
-    nearest_first = sorted(rejected, key=lambda phrases: phrases.count(";"))
-    return Solutions(tuple(within), tuple(nearest_first))
+    solutions = within_limits(found, LIMITS, ANGLES)
+    nearest_first = sorted(solutions.rejected, key=lambda phrases: phrases.count(";"))
+    return replace(solutions, rejected=tuple(nearest_first))
 
 
 def _out_of_reach(d: Dimensions, tip: Array) -> str:
@@ -230,22 +200,3 @@ def _any_rotation(direction: Array) -> Array:
     x = np.cross(helper, direction)
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(direction, x), direction])
-
-
-def _checked(
-    tip: ArrayLike, direction: ArrayLike, insertion: float
-) -> tuple[Array, Array]:
-    tip = np.array(tip, dtype=np.float64)
-    direction = np.array(direction, dtype=np.float64)
-    if tip.shape != (3,) or direction.shape != (3,):
-        raise ValueError(
-            f"tip {tip.shape} and direction {direction.shape} must be (3,)"
-        )
-    if not (np.isfinite(tip).all() and np.isfinite(direction).all()):
-        raise ValueError("tip or direction holds a number that is not finite")
-    if not math.isfinite(insertion):
-        raise ValueError(f"insertion {insertion!r} is not finite")
-    length = math.hypot(*direction)
-    if length == 0.0:
-        raise ValueError("the needle direction has no length")
-    return tip, direction / length

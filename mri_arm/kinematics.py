@@ -11,10 +11,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck_models.closed_form import Solutions as Solutions
 from mri_arm.dimensions import Dimensions as Dimensions
 from mri_arm.dimensions import dimensions as dimensions
 from mri_arm.dimensions import from_arguments
-from mri_arm.inverse import Solutions as Solutions
 from mri_arm.inverse import inverse as inverse
 from mri_arm.inverse import inverse_pose as inverse_pose
 

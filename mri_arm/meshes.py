@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from scanners.shapes import Detail, box, cylinder, joined, revolved
+from borecheck_models.shapes import Detail, box, cylinder, joined, revolved
 
 Array = NDArray[np.float64]
 

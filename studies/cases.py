@@ -2,8 +2,8 @@
 
     python -m studies.cases [FOLDER] [--only NAME]
 
-A line per command: the case, the exit status, and `right` or what is wrong with it. The
-expectations stand in `tests/data/cases/cases.toml`, the inputs beside it (or in FOLDER).
+A line per command: the case, and what is right or wrong about what came out. What must
+come out stands in `tests/data/cases/cases.toml`, the inputs beside it (or in FOLDER).
 """
 
 import argparse

@@ -1,10 +1,9 @@
 """Zerobot as data: files, arguments, and the bridge to the paper's notation."""
 
-from pathlib import Path
-
 from borecheck.robots.description import Argument, JointMap, RobotDescription
+from borecheck_models import data_folder
 
-_FOLDER = Path(__file__).resolve().parents[1] / "urdf" / "zerobot"
+_FOLDER = data_folder("zerobot")
 
 DESCRIPTION = RobotDescription(
     name="zerobot",

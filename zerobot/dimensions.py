@@ -7,13 +7,11 @@ of `borecheck fk` checks. Never generate one from the other.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
-
-def _number(value: float, source: str) -> Any:
-    return field(default=value, metadata={"source": source})
+from borecheck_models import closed_form
+from borecheck_models.closed_form import finite, number
 
 
 @dataclass(frozen=True)
@@ -24,44 +22,44 @@ class Dimensions:
     lengths is published; `source` in the metadata of each field says why it is assumed.
     """
 
-    mount_sign: float = _number(
+    mount_sign: float = number(
         1.0, "sin(alpha_3), Table 1: alpha_3 is 90 or -90 deg by the mounting side"
     )
-    l1: float = _number(
+    l1: float = number(
         0.90, "assumed: the end-effector is 'approximately 900mm' long, section 4.3"
     )
-    l2: float = _number(0.06, "assumed: drop of the needle pivot below the arm axis")
-    l3: float = _number(0.10, "assumed: cancels against l5 at the tip")
-    l4: float = _number(
+    l2: float = number(0.06, "assumed: drop of the needle pivot below the arm axis")
+    l3: float = number(0.10, "assumed: cancels against l5 at the tip")
+    l4: float = number(
         0.95, "assumed: mount_sign (l1 + l7), the tip at the isocentre at q = 0"
     )
-    l5: float = _number(0.10, "assumed: l3, the tip at the isocentre at q = 0")
-    l6: float = _number(
+    l5: float = number(0.10, "assumed: l3, the tip at the isocentre at q = 0")
+    l6: float = number(
         0.26, "assumed: l2 + l9 + 0.12, the tip at the isocentre at q = 0"
     )
-    l7: float = _number(0.05, "assumed: distance of the needle from the pivot")
-    l9: float = _number(0.08, "assumed: height of the needle holder")
-    lE: float = _number(  # noqa: N815 - the paper's name
+    l7: float = number(0.05, "assumed: distance of the needle from the pivot")
+    l9: float = number(0.08, "assumed: height of the needle holder")
+    lE: float = number(  # noqa: N815 - the paper's name
         0.12, "assumed: free needle, argument needle_length; needles are 10 to 15 cm"
     )
-    rod_length: float = _number(
+    rod_length: float = number(
         0.84, "assumed, agreed with urdf/zerobot: crank axis to holder axis"
     )
-    rod_lever: float = _number(
+    rod_lever: float = number(
         0.05, "assumed, agreed with urdf/zerobot: axis to rod, up and down"
     )
-    rod_side: float = _number(
+    rod_side: float = number(
         0.047, "assumed, agreed with urdf/zerobot: rods beside the mid-plane"
     )
-    tip_offset_x: float = _number(0.0, "calibration: tip off its place, along x_6")
-    tip_offset_y: float = _number(0.0, "calibration: tip off its place, along y_6")
-    tip_offset_z: float = _number(0.0, "calibration: tip off its place, along z_6")
-    q1_offset: float = _number(0.0, "calibration: added to q1 [m]")
-    q2_offset: float = _number(0.0, "calibration: added to q2 [m]")
-    q3_offset: float = _number(0.0, "calibration: added to q3 [m]")
-    q4_offset: float = _number(0.0, "calibration: added to q4 [rad]")
-    q5_offset: float = _number(0.0, "calibration: added to q5 [rad]")
-    q6_offset: float = _number(0.0, "calibration: added to q6 [m]")
+    tip_offset_x: float = number(0.0, "calibration: tip off its place, along x_6")
+    tip_offset_y: float = number(0.0, "calibration: tip off its place, along y_6")
+    tip_offset_z: float = number(0.0, "calibration: tip off its place, along z_6")
+    q1_offset: float = number(0.0, "calibration: added to q1 [m]")
+    q2_offset: float = number(0.0, "calibration: added to q2 [m]")
+    q3_offset: float = number(0.0, "calibration: added to q3 [m]")
+    q4_offset: float = number(0.0, "calibration: added to q4 [rad]")
+    q5_offset: float = number(0.0, "calibration: added to q5 [rad]")
+    q6_offset: float = number(0.0, "calibration: added to q6 [m]")
 
     @property
     def offsets(self) -> tuple[float, ...]:
@@ -103,37 +101,26 @@ def from_arguments(
     Raises:
         ValueError: An argument that does not exist or holds no finite number.
     """
-    unknown = sorted(set(arguments) - set(ARGUMENTS))
-    if unknown:
-        raise ValueError(f"unknown argument {unknown[0]!r} (known: {ARGUMENTS})")
+    closed_form.refuse_unknown(arguments, ARGUMENTS)
     sign = _mount_sign(arguments.get("mount", "+90"))
-    values = {name: _finite(name, arguments.get(name, 0.0)) for name in _CALIBRATION}
-    values["lE"] = _finite("needle_length", arguments.get("needle_length", 0.12))
+    values = {name: finite(name, arguments.get(name, 0.0)) for name in _CALIBRATION}
+    values["lE"] = finite("needle_length", arguments.get("needle_length", 0.12))
     nominal = Dimensions(mount_sign=sign, l4=sign * 0.95, **values)
-    moved = {name: getattr(nominal, name) + by for name, by in perturbed.items()}
-    return replace(nominal, **moved)
+    return closed_form.moved(nominal, perturbed)
 
 
 def dimensions(**arguments: str | float) -> dict[str, float]:
     """Every number of the closed form by its name in the paper, [m] and [rad]."""
-    chosen = from_arguments(arguments)
-    return {item.name: getattr(chosen, item.name) for item in fields(chosen)}
+    return closed_form.values(from_arguments(arguments))
 
 
 def sources() -> dict[str, str]:
     """Where every number of the closed form comes from, by name."""
-    return {item.name: item.metadata["source"] for item in fields(Dimensions)}
+    return closed_form.sources(Dimensions)
 
 
 def _mount_sign(mount: str | float) -> float:
-    angle = _finite("mount", mount)
+    angle = finite("mount", mount)
     if abs(angle) != 90.0:
         raise ValueError(f"mount {mount!r} is neither +90 nor -90 (degrees)")
     return math.copysign(1.0, angle)
-
-
-def _finite(name: str, value: str | float) -> float:
-    number = float(value)
-    if not math.isfinite(number):
-        raise ValueError(f"{name} = {value!r} is not finite")
-    return number

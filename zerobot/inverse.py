@@ -5,12 +5,13 @@ The inverse of [Matsuno2020] eq. (3) and the remote centre of its section 2.2.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck_models import closed_form
+from borecheck_models.closed_form import Solutions, needle_asked_for, within_limits
 from zerobot.dimensions import LIMITS, Dimensions, from_arguments
 
 Array = NDArray[np.float64]
@@ -19,20 +20,9 @@ Array = NDArray[np.float64]
 # rounding of a unit vector (1e-16) would be turned into an angle of any size.
 ALONG_BORE = 1e-9
 
+ANGLES = ("q4", "q5")
+
 _NOTHING: Mapping[str, float] = MappingProxyType({})
-
-
-@dataclass(frozen=True)
-class Solutions:
-    """Every joint position that puts the needle there.
-
-    Attributes:
-        configurations: Those within the limits, each (6,), read-only; may be empty.
-        rejected: One line for every other branch: which limits it breaks, by how much.
-    """
-
-    configurations: tuple[Array, ...]
-    rejected: tuple[str, ...]
 
 
 def inverse(
@@ -58,38 +48,16 @@ def inverse(
         ValueError: A number is not finite, or the direction has no length.
     """
     d = from_arguments(arguments, perturbed)
-    tip, direction = _checked(tip, direction, insertion)
+    tip, direction = needle_asked_for(tip, direction, insertion)
     if math.hypot(direction[1], direction[2]) < ALONG_BORE:
         return Solutions((), ("the needle is along the bore axis: q5 = +-90 deg",))
-    within: list[Array] = []
-    rejected: list[str] = []
-    for branch in (1.0, -1.0):
-        q = _branch(d, tip, direction, insertion, branch)
-        broken = broken_limits(q)
-        if broken:
-            rejected.append("; ".join(broken))
-        else:
-            q.setflags(write=False)
-            within.append(q)
-    return Solutions(tuple(within), tuple(rejected))
+    branches = [_branch(d, tip, direction, insertion, sign) for sign in (1.0, -1.0)]
+    return within_limits(branches, LIMITS, ANGLES)
 
 
 def broken_limits(q: ArrayLike) -> tuple[str, ...]:
-    """The joints of q (6,) beyond their limits, a phrase each."""
-    phrases = []
-    for value, (name, (lower, upper)) in zip(
-        np.asarray(q), LIMITS.items(), strict=True
-    ):
-        if lower <= value <= upper:
-            continue
-        limit, side = (lower, "below") if value < lower else (upper, "above")
-        angle = name in ("q4", "q5")
-        scale, unit = (math.degrees(1.0), "deg") if angle else (1e3, "mm")
-        phrases.append(
-            f"{name} = {scale * value:.3f} {unit} is {side} its limit "
-            f"{scale * limit:.3f} {unit}"
-        )
-    return tuple(phrases)
+    """The joints of q (6,) beyond their limits, a phrase each; empty if none."""
+    return closed_form.broken_limits(q, LIMITS, ANGLES)
 
 
 def remote_centre(
@@ -149,22 +117,3 @@ def _tip_relative(d: Dimensions, q: Array) -> Array:
     return np.array(
         [C4 * rho - S4 * ly, s * (l7 * C5 - L * S5), s * (S4 * rho + C4 * ly)]
     )
-
-
-def _checked(
-    tip: ArrayLike, direction: ArrayLike, insertion: float
-) -> tuple[Array, Array]:
-    tip = np.array(tip, dtype=np.float64)
-    direction = np.array(direction, dtype=np.float64)
-    if tip.shape != (3,) or direction.shape != (3,):
-        raise ValueError(
-            f"tip {tip.shape} and direction {direction.shape} must be (3,)"
-        )
-    if not (np.isfinite(tip).all() and np.isfinite(direction).all()):
-        raise ValueError("tip or direction holds a number that is not finite")
-    if not math.isfinite(insertion):
-        raise ValueError(f"insertion {insertion!r} is not finite")
-    length = math.hypot(*direction)
-    if length == 0.0:
-        raise ValueError("the needle direction has no length")
-    return tip, direction / length

@@ -11,11 +11,11 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck_models.closed_form import Solutions as Solutions
 from zerobot.bodies import BODIES, LEVEL_PARTS, Origins, place_bodies
 from zerobot.dimensions import Dimensions as Dimensions
 from zerobot.dimensions import dimensions as dimensions
 from zerobot.dimensions import from_arguments
-from zerobot.inverse import Solutions as Solutions
 from zerobot.inverse import inverse as inverse
 from zerobot.inverse import remote_centre as remote_centre
 

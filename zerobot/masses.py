@@ -4,7 +4,7 @@ Neither masses nor drawings of the robot are published. The numbers in
 urdf/zerobot/parts.xacro are this table, rounded to four digits.
 """
 
-from scanners.mass import MassProperties, mass_properties
+from borecheck_models.mass import MassProperties, mass_properties
 from zerobot.meshes import build
 
 # Mean densities [kg/m^3], assumed: steel and aluminium parts are hollow, the base

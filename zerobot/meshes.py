@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from math import inf
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from scanners.shapes import Detail, box, cylinder, joined, revolved
+from borecheck_models.shapes import Detail, box, cylinder, joined, revolved
 
 Corner = tuple[float, float, float]
 

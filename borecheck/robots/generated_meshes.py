@@ -68,7 +68,7 @@ def _generator_sources(module: str) -> list[Path]:
     if spec is None or spec.origin is None:
         raise BorecheckError(f"mesh generator {module!r} cannot be found")
     folders = {Path(spec.origin).parent}
-    shapes = find_spec("scanners")
+    shapes = find_spec("borecheck_models")
     if shapes is not None and shapes.origin is not None:
         folders.add(Path(shapes.origin).parent)
     return sorted(path for folder in folders for path in folder.glob("*.py"))

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 import borecheck as bc
 from borecheck.robots.scene import Scene
+from borecheck_models.scanners.head import EntryPoints, entry_points
 from mri_arm.kinematics import inverse, singularity
-from scanners.head import EntryPoints, entry_points
 
 Array = NDArray[np.float64]
 

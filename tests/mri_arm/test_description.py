@@ -10,10 +10,10 @@ from borecheck.geometry.mesh_files.reading import read_mesh
 from borecheck.robots.description import hook
 from borecheck.robots.kinematics import agreement as kc
 from borecheck.robots.kinematics.perturbation import unseen_perturbations
+from borecheck_models.shapes import signed_volume
 from mri_arm.description import DESCRIPTION
 from mri_arm.dimensions import LIMITS, Dimensions
 from mri_arm.parameters import NAMES, nominal
-from scanners.shapes import signed_volume
 
 STL_ROUNDING = 1e-6  # float32 near 1 m
 
@@ -124,7 +124,7 @@ def test_home_is_clear_and_the_patient_is_reached(arm, magnet):
 
 
 def test_main_body_stands_outside_the_2_mT_line(arm):
-    from scanners.mri_open_magnet import zones_of
+    from borecheck_models.scanners.mri_open_magnet import zones_of
 
     base = arm.placements(arm.home)["W"][:3, 3]
     over_axis_1 = [base[0], base[1], 0.0]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import borecheck as bc
+from borecheck_models.scanners.head import EntryPoints, entry_points
 from mri_arm.kinematics import forward
 from mri_arm.studies.workspace import (
     AZIMUTHS,
@@ -15,7 +16,6 @@ from mri_arm.studies.workspace import (
     places,
     reach,
 )
-from scanners.head import EntryPoints, entry_points
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ import pytest
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.exact import exact
-from scanners.mass import mass_properties
-from scanners.shapes import (
+from borecheck_models.mass import mass_properties
+from borecheck_models.shapes import (
     Detail,
     box,
     cylinder,

@@ -11,10 +11,10 @@ from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import load_robot
 from borecheck.robots.scene import load_scene
 from borecheck.robots.urdf.xacro import expand
-from scanners.ct_gantry import DESCRIPTION, build
-from scanners.gantry import FLARE_LENGTH, FLARE_WIDTH
-from scanners.shapes import signed_volume
-from scanners.torso import half_axes
+from borecheck_models.scanners.ct_gantry import DESCRIPTION, build
+from borecheck_models.scanners.gantry import FLARE_LENGTH, FLARE_WIDTH
+from borecheck_models.scanners.torso import half_axes
+from borecheck_models.shapes import signed_volume
 
 DEFAULTS = {name: a.default for name, a in DESCRIPTION.arguments.items()}
 TRIANGLES = {"coarse": 10_000, "middle": 100_000, "fine": 500_000}

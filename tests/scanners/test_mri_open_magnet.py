@@ -6,9 +6,14 @@ import pytest
 import borecheck as bc
 from borecheck.errors import BorecheckError
 from borecheck.geometry.mesh_files.reading import read_mesh
-from scanners.head import HEAD, MELON, VAULT, ellipsoid, entry_points
-from scanners.mri_open_magnet import DESCRIPTION, ZONES, build, zones_of
-from scanners.shapes import Detail, signed_volume
+from borecheck_models.scanners.head import HEAD, MELON, VAULT, ellipsoid, entry_points
+from borecheck_models.scanners.mri_open_magnet import (
+    DESCRIPTION,
+    ZONES,
+    build,
+    zones_of,
+)
+from borecheck_models.shapes import Detail, signed_volume
 
 
 def test_gap_is_as_published():

@@ -8,16 +8,16 @@ two field lines are published.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.robots.description import Argument, ScannerDescription
-from scanners.head import HEAD, MELON, ellipsoid
-from scanners.shapes import Detail, box, joined, lofted, revolved
-from scanners.torso import torso
+from borecheck_models import data_folder
+from borecheck_models.scanners.head import HEAD, MELON, ellipsoid
+from borecheck_models.scanners.torso import torso
+from borecheck_models.shapes import Detail, box, joined, lofted, revolved
 
 Array = NDArray[np.float64]
 
@@ -164,7 +164,7 @@ def _coil(detail: Detail) -> TriangleMesh:
     return lofted(rings, (rings[0].mean(axis=0), rings[-1].mean(axis=0)))
 
 
-_FOLDER = Path(__file__).resolve().parents[1] / "urdf" / "scanners" / "mri_open_magnet"
+_FOLDER = data_folder("scanners", "mri_open_magnet")
 
 DESCRIPTION = ScannerDescription(
     name="mri_open_magnet",
@@ -192,7 +192,7 @@ DESCRIPTION = ScannerDescription(
             choices=("yes", "no"),
         ),
     },
-    meshes="scanners.mri_open_magnet:build",
+    meshes="borecheck_models.scanners.mri_open_magnet:build",
     shipped=_FOLDER / "meshes" / "coarse",
     not_modelled=(
         "a particular maker's housing",

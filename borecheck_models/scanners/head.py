@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from scanners.shapes import Detail, lofted
+from borecheck_models.shapes import Detail, lofted
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from scanners.shapes import Detail, box, lofted
+from borecheck_models.shapes import Detail, box, lofted
 
 Array = NDArray[np.float64]
 

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.robots.description import Argument, ScannerDescription
-from scanners.gantry import couch_top, gantry, stand
-from scanners.shapes import Detail, box, joined
-from scanners.torso import torso
+from borecheck_models import data_folder
+from borecheck_models.scanners.gantry import couch_top, gantry, stand
+from borecheck_models.scanners.torso import torso
+from borecheck_models.shapes import Detail, box, joined
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def build(level: str, arguments: Mapping[str, str]) -> dict[str, TriangleMesh]:
     return {name: joined(name, parts) for name, parts in bodies.items()}
 
 
-_FOLDER = Path(__file__).resolve().parents[1] / "urdf" / "scanners" / "ct_gantry"
+_FOLDER = data_folder("scanners", "ct_gantry")
 
 DESCRIPTION = ScannerDescription(
     name="ct_gantry",
@@ -92,7 +92,7 @@ DESCRIPTION = ScannerDescription(
             "yes", "whether the torso phantom is there", choices=("yes", "no")
         ),
     },
-    meshes="scanners.ct_gantry:build",
+    meshes="borecheck_models.scanners.ct_gantry:build",
     shipped=_FOLDER / "meshes" / "coarse",
     not_modelled=(
         "a particular maker's housing",
