@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.plugin import TriangleMesh
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from math import ceil, cos, inf, pi, radians, tan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.plugin import TriangleMesh
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -17,7 +17,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.plugin import TriangleMesh
 from borecheck_models.shapes import Detail, box, cylinder, joined, revolved
 
 Array = NDArray[np.float64]

@@ -1,6 +1,6 @@
 """Zerobot as data: files, arguments, and the bridge to the paper's notation."""
 
-from borecheck.robots.description import Argument, JointMap, RobotDescription
+from borecheck.plugin import Argument, JointMap, RobotDescription
 from borecheck_models import data_folder
 
 _FOLDER = data_folder("zerobot")

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf
 
-from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.plugin import TriangleMesh
 from borecheck_models.shapes import Detail, box, cylinder, joined, revolved
 
 Corner = tuple[float, float, float]

@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.robots.description import Argument, ScannerDescription
+from borecheck.plugin import Argument, ScannerDescription, TriangleMesh
 from borecheck_models import data_folder
 from borecheck_models.scanners.gantry import couch_top, gantry, stand
 from borecheck_models.scanners.torso import torso

@@ -12,8 +12,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.robots.description import Argument, ScannerDescription
+from borecheck.plugin import Argument, ScannerDescription, TriangleMesh
 from borecheck_models import data_folder
 from borecheck_models.scanners.head import HEAD, MELON, ellipsoid
 from borecheck_models.scanners.torso import torso

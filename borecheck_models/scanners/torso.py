@@ -9,7 +9,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.plugin import TriangleMesh
 from borecheck_models.shapes import Detail, lofted
 
 Array = NDArray[np.float64]
