@@ -6,6 +6,7 @@ in the column's name: shoulder_deg, x_mm.
 """
 
 import csv
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from borecheck.core.csv_columns import (
     separator_problem,
     unit_columns,
 )
+from borecheck.core.whole_files import write_whole
 from borecheck.errors import InputError, UnknownNameError
 
 Array = NDArray[np.float64]
@@ -63,12 +65,13 @@ def write_measurements(
 ) -> None:
     """Writes a CSV that `read_measurements` gives back bit by bit."""
     held = dict(arm.held if held is None else held)
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow([*arm.joint_names, *held, "x", "y", "z", "moving"])
-        for q, point, moving in zip(data.q, data.points, data.moving, strict=True):
-            numbers = [*map(float, q), *held.values(), *map(float, point)]
-            writer.writerow([*map(repr, numbers), moving])
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow([*arm.joint_names, *held, "x", "y", "z", "moving"])
+    for q, point, moving in zip(data.q, data.points, data.moving, strict=True):
+        numbers = [*map(float, q), *held.values(), *map(float, point)]
+        writer.writerow([*map(repr, numbers), moving])
+    write_whole(path, text.getvalue())
 
 
 def read_measurements(path: Path, arm: SerialArm) -> Measurements:

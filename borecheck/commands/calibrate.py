@@ -7,7 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from borecheck.commands.output import refuse_outputs
 from borecheck.core.units import parse_angle, parse_length, parse_pair
+from borecheck.core.whole_files import write_whole
 from borecheck.errors import InputError, UsageError
 
 if TYPE_CHECKING:
@@ -133,7 +135,7 @@ def _simulate(args: argparse.Namespace) -> None:
         pulse = parse_angle(args.pulse)
         setup = replace(setup, pulses=dict.fromkeys(subject.arm.joint_names, pulse))
     data, true = simulate(subject.arm, setup, args.samples, args.noise, rng, variation)
-    _writable(args.out, args.truth)
+    refuse_outputs(args, "out", "truth")
     write_measurements(args.out, subject.arm, data)
     _say(f"{args.out}: {len(data)} samples of {len(subject.arm.lines)} joints")
     if args.truth is not None:
@@ -145,7 +147,7 @@ def _simulate(args: argparse.Namespace) -> None:
             "parameters": dict(true.parameters),
             "target_at_zero_m": true.target.tolist(),
         }
-        args.truth.write_text(json.dumps(truth, indent=2) + "\n", encoding="utf-8")
+        write_whole(args.truth, json.dumps(truth, indent=2) + "\n")
         _say(f"{args.truth}: {len(true.parameters)} true parameters")
 
 
@@ -154,18 +156,18 @@ def _fit(args: argparse.Namespace) -> None:
     from borecheck.calibration.measurements import read_measurements
 
     subject = _subject(args)
-    _writable(args.out, args.urdf)
+    refuse_outputs(args, "out", "urdf")
     data = read_measurements(args.data, subject.arm)
     found = fit(
         subject.arm, data, refined=args.refine, start=args.start, robust=args.robust
     )
     if args.urdf is not None:
         text = _corrected(subject, found, args.urdf.parent)
-        args.urdf.write_text(text, encoding="utf-8")
+        write_whole(args.urdf, text)
         _say(f"{args.urdf}: joint origins corrected")
     document = as_document(found, data, args.robot, getattr(args, "argv", []))
     if args.out is not None:
-        args.out.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+        write_whole(args.out, json.dumps(document, indent=2) + "\n")
     if args.format == "json":
         sys.stdout.write(json.dumps(document, indent=2) + "\n")
     else:
@@ -198,7 +200,7 @@ def _plan(args: argparse.Namespace) -> None:
     from borecheck.calibration.plan import as_csv, plan
 
     subject = _subject(args)
-    _writable(args.out)
+    refuse_outputs(args, "out")
     if not 10 <= args.samples <= args.candidates:
         raise UsageError("--samples must lie between 10 and --candidates")
     chosen = plan(
@@ -211,7 +213,7 @@ def _plan(args: argparse.Namespace) -> None:
     )
     text = as_csv(subject.arm, chosen.q)
     if args.out is not None:
-        args.out.write_text(text, encoding="utf-8")
+        write_whole(args.out, text)
     else:
         sys.stdout.write(text)
     _say(chosen.summary)
@@ -228,16 +230,9 @@ def _report(args: argparse.Namespace) -> None:
         raise InputError(args.result, f"is no JSON: {error}") from error
     if not isinstance(document, dict) or document.get("command") != "calibrate fit":
         raise InputError(args.result, "is no result of `borecheck calibrate fit --out`")
-    _writable(args.page)
-    args.page.write_text(page(document), encoding="utf-8")
+    refuse_outputs(args, "page")
+    write_whole(args.page, page(document))
     _say(f"{args.page}: residuals of {len(document['samples'])} samples")
-
-
-def _writable(*paths: Path | None) -> None:
-    """Refuses outputs that cannot be written, before or instead of half a result."""
-    for path in paths:
-        if path is not None and (path.is_dir() or not path.parent.is_dir()):
-            raise InputError(path, "cannot be written: no such folder, or a folder")
 
 
 def _say(text: Any) -> None:

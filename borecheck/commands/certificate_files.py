@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from borecheck.commands.progress import say
 from borecheck.contact.verdict import CLEAR
-from borecheck.core.whole_files import check_writable
+from borecheck.core.whole_files import check_writable, remove
 from borecheck.errors import BorecheckError, UsageError
 
 if TYPE_CHECKING:
@@ -155,9 +155,9 @@ def _write(
 
 def _check_target(args: argparse.Namespace, file: Path) -> None:
     for path in (file, file.with_suffix(".npz")):
+        check_writable(path, stream=False)
         if path.resolve() in [p.resolve() for p in (args.out, args.report) if p]:
             raise UsageError(f"--certificate and another option both write {path}")
-        check_writable(path)
 
 
 def _remove_earlier(file: Path, targets: Sequence[Path]) -> None:
@@ -176,8 +176,8 @@ def _remove_earlier(file: Path, targets: Sequence[Path]) -> None:
     for target in earlier:
         _refuse_other(target)
     for target in earlier:
-        target.unlink(missing_ok=True)
-        target.with_suffix(".npz").unlink(missing_ok=True)
+        remove(target)
+        remove(target.with_suffix(".npz"))
     if file not in targets:
         pattern = f"{glob.escape(file.stem)}_*{glob.escape(file.suffix)}"
         for left in sorted(file.absolute().parent.glob(pattern)):

@@ -3,9 +3,11 @@
 import argparse
 import sys
 from collections.abc import Callable, Mapping
+from itertools import combinations
+from pathlib import Path
 from typing import Any
 
-from borecheck.core.whole_files import check_writable, write_whole
+from borecheck.core.whole_files import check_writable, same_file, write_whole
 from borecheck.errors import UsageError
 from borecheck.report.document import dumps
 
@@ -14,11 +16,39 @@ Text = Callable[[Mapping[str, Any]], str]
 
 def check_outputs(args: argparse.Namespace) -> None:
     """Refuses outputs that cannot be written, before any work is done."""
-    if args.report is not None and args.report == args.out:
-        raise UsageError("--out and --report name the same file")
-    for path in (args.out, args.report):
-        if path is not None:
-            check_writable(path)
+    refuse_outputs(args, "out", "report")
+
+
+def refuse_outputs(args: argparse.Namespace, *names: str) -> None:
+    """Refuses options that name a file which cannot be written, or would be lost.
+
+    Args:
+        args: All options.
+        names: Those that name an output.
+
+    Raises:
+        InputError: It cannot be written.
+        UsageError: Two of them are one file, or one is a file that is read as well.
+    """
+    given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
+    for path in given.values():
+        check_writable(path)
+    for (name, path), (other, second) in combinations(given.items(), 2):
+        if same_file(path, second):
+            raise UsageError(f"--{name} and --{other} name the same file")
+    others = {k: v for k, v in vars(args).items() if k not in (*names, "argv")}
+    for value in others.values():
+        for text in value if isinstance(value, list) else [value]:
+            _refuse_input(given, text)
+
+
+def _refuse_input(outputs: Mapping[str, Path], text: object) -> None:
+    """Refuses to write over a file that another option names."""
+    if not isinstance(text, str | Path):
+        return
+    for name, path in outputs.items():
+        if path.is_file() and same_file(path, Path(text)):
+            raise UsageError(f"--{name} {path}: the file is read too; it would be lost")
 
 
 def emit(args: argparse.Namespace, document: Mapping[str, Any], text: Text) -> None:

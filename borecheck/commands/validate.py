@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.commands.validate_options import add_arguments, given_by, refuse_nonsense
+from borecheck.core.whole_files import check_writable, write_whole
 from borecheck.errors import UsageError
 from borecheck.validation import baseline, many
 from borecheck.validation.catalogue import all_checks
@@ -25,7 +26,6 @@ from borecheck.validation.load import Loaded
 from borecheck.validation.options import Options
 from borecheck.validation.outputs.text import as_text, wants_colour
 from borecheck.validation.run import check_file, findings_of, not_read, validate_text
-from borecheck.validation.writing import check_writable, write_text
 
 __all__ = ["add_arguments", "run"]
 
@@ -55,7 +55,8 @@ def run(args: argparse.Namespace) -> int:
     known = _baselines(args, settings)
     for name in ("out", "report", "resume", "write_baseline", "write_srdf"):
         if getattr(args, name) is not None:
-            check_writable(getattr(args, name))
+            # a run is resumed from what was kept, so that must be a file
+            check_writable(getattr(args, name), stream=name != "resume")
     check: many.Check = partial(check_one, given=given, config=args.config)
     if args.write_srdf is not None:
         from borecheck.validation.srdf_proposal import write_proposal
@@ -174,10 +175,10 @@ def _write(
     if to_screen:
         sys.stdout.write(text)
     else:
-        write_text(args.out, text)
+        write_whole(args.out, text)
     if args.report is not None:
         page = render("html", results, profile, args, False, fail_on)
-        write_text(args.report, page)
+        write_whole(args.report, page)
 
 
 def render(

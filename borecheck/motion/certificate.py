@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.core.whole_files import written_beside
+from borecheck.core.whole_files import check_writable, written_beside
 from borecheck.errors import BorecheckError
 from borecheck.motion.bounds import FIXED, TURNS, WORLD, Chain, Route, route
 from borecheck.motion.by_distance import displacement_about
@@ -139,6 +139,9 @@ def write_certificate(
     """
     file = Path(file)
     meshes = file.with_suffix(".npz")
+    for path in (file, meshes):
+        check_writable(path, stream=False)
+    file, meshes = file.resolve(), meshes.resolve()  # a link stays a link
     arrays: dict[str, Any] = {}
     for body in _bodies(problem):
         arrays[f"{body.mesh.sha256}.vertices"] = body.mesh.vertices

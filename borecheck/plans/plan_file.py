@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.core.csv_columns import separator_problem
-from borecheck.errors import PlanError
+from borecheck.core.whole_files import write_whole
+from borecheck.errors import InputError, PlanError
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.plans.plan_fields import (
     COLUMNS,
@@ -79,13 +80,10 @@ def save_plans(path: str | Path, plans: Iterable[NeedlePlan]) -> None:
     if path.suffix.lower() not in writers:
         raise PlanError(path, "plans are saved as .csv or .json")
     text = writers[path.suffix.lower()](plans)
-    partial = path.with_name(path.name + ".partial")
     try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise PlanError(path, f"cannot be written: {error.strerror}") from error
+        write_whole(path, text)
+    except InputError as error:
+        raise PlanError(path, error.problem) from error
 
 
 def _fields(plan: NeedlePlan) -> dict[str, Any]:

@@ -5,9 +5,9 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePath
 
+from borecheck.core.whole_files import write_whole
 from borecheck.errors import InputError
 from borecheck.validation.findings import Finding
-from borecheck.validation.writing import write_text
 
 
 def fingerprint(finding: Finding) -> str:
@@ -20,7 +20,7 @@ def write_baseline(path: Path, findings: Iterable[Finding]) -> None:
     """Writes the findings there are as known ones."""
     counts = Counter(fingerprint(finding) for finding in findings)
     document = {"borecheck_baseline": 1, "findings": dict(sorted(counts.items()))}
-    write_text(path, json.dumps(document, indent=2) + "\n")
+    write_whole(path, json.dumps(document, indent=2) + "\n")
 
 
 def read_baseline(path: Path) -> Counter[str]:

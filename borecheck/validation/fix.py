@@ -10,13 +10,13 @@ import difflib
 import math
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
+from borecheck.core.whole_files import write_all
 from borecheck.errors import UsageError
 from borecheck.robots.urdf.source import elements
 from borecheck.validation.checks.joints import UNIT_TOLERANCE
@@ -27,7 +27,6 @@ from borecheck.validation.options import Options
 from borecheck.validation.reading.draft import DraftShape, Robot, first
 from borecheck.validation.reading.schema import SCHEMA
 from borecheck.validation.suppress import Suppression
-from borecheck.validation.writing import write_together
 
 DONE, COULD_NOT = 0, 2
 
@@ -57,8 +56,8 @@ def fix_files(files: Mapping[str, Options], *, write: bool) -> int:
         if file == "-" or file.endswith(".xacro"):
             raise UsageError(f"{file}: --fix changes plain URDF files only")
     status = DONE
-    writers: dict[Path, Callable[[Path], object]] = {}
-    texts: dict[Path, Callable[[Path], object]] = {}
+    meshes: dict[Path, bytes] = {}
+    texts: dict[Path, bytes] = {}
     for file, options in files.items():
         path = Path(file)
         robot, suppressions = load_file(path, options)
@@ -71,10 +70,10 @@ def fix_files(files: Mapping[str, Options], *, write: bool) -> int:
         after = fixed_text(before, robot, edits)
         sys.stdout.write(diff(path, after))
         if after != before:
-            texts[path] = partial(Path.write_bytes, data=after)
-            writers |= _meshes(edits)
+            texts[path] = after
+            meshes |= _meshes(edits)
     if write:
-        write_together(writers | texts)
+        write_all(meshes | texts)
     return status
 
 
@@ -172,15 +171,15 @@ def _renamed(shape: DraftShape, target: Path) -> str:
     return f"{folder}{slash}{target.name}"
 
 
-def _meshes(edits: Sequence[Edit]) -> dict[Path, Callable[[Path], object]]:
+def _meshes(edits: Sequence[Edit]) -> dict[Path, bytes]:
     """The turned meshes, by the file that is to be made."""
-    from borecheck.geometry.mesh_files.reading import write_stl
+    from borecheck.geometry.mesh_files.stl import stl_bytes
 
     meshes = dict(edit.mesh for edit in edits if edit.mesh is not None)
     for target in meshes:
         if target.exists():
             raise UsageError(f"{target} exists already; nothing was overwritten")
-    return {target: partial(write_stl, mesh=mesh) for target, mesh in meshes.items()}
+    return {target: stl_bytes(target, mesh) for target, mesh in meshes.items()}
 
 
 def _tag_starts(raw: bytes) -> list[int]:

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from borecheck.core.version import __version__
+from borecheck.core.whole_files import telling
 from borecheck.errors import BorecheckError, InputError, UsageError
 from borecheck.validation.file_progress import FileProgress
 from borecheck.validation.findings import Finding, Severity
 from borecheck.validation.options import Options
 from borecheck.validation.outputs.json import to_record
-from borecheck.validation.writing import telling
 
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
+from borecheck.core.whole_files import write_whole
 from borecheck.errors import InputError, UsageError
 from borecheck.validation.checks.self_contact import (
     ALWAYS,
@@ -15,7 +16,6 @@ from borecheck.validation.findings import Finding
 from borecheck.validation.load import Loaded, load_file
 from borecheck.validation.options import Options
 from borecheck.validation.reading.draft import Robot
-from borecheck.validation.writing import write_text
 
 
 def write_proposal(files: Sequence[str], options: Options, out: Path) -> Loaded:
@@ -47,7 +47,7 @@ def write_proposal(files: Sequence[str], options: Options, out: Path) -> Loaded:
     if table.missing:
         listed = ", ".join(map(repr, table.missing))
         raise InputError(files[0], f"no SRDF: collision geometry of {listed} not read")
-    write_text(out, srdf_proposal(robot, table))
+    write_whole(out, srdf_proposal(robot, table))
     return loaded
 
 

@@ -3,8 +3,8 @@
 import ast
 import copy
 import json
+import os
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -375,7 +375,7 @@ def test_an_interrupted_write_leaves_no_half_beside_another(
         return operation
 
     with monkeypatch.context() as patched:
-        patched.setattr(tempfile, "mkstemp", stopped(tempfile.mkstemp))
+        patched.setattr(os, "open", stopped(os.open))
         patched.setattr(Path, "replace", stopped(Path.replace))
         with pytest.raises((KeyboardInterrupt, BorecheckError)):
             write_certificate(file, {**document, "margin_m": 0.0}, problem)

@@ -9,6 +9,7 @@ from typing import Any
 
 from borecheck.commands import common
 from borecheck.commands.output import check_outputs, emit, wants_display
+from borecheck.core.whole_files import check_writable
 from borecheck.robots.description import LEVELS
 
 
@@ -54,6 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs the study; 0 when it is done."""
     check_outputs(args)
+    if args.state is not None:
+        check_writable(args.state, stream=False)
     from borecheck.commands.exit_status import ExitStatus
     from borecheck.commands.progress import Progress
     from borecheck.commands.warm_up import announce_compilation

@@ -9,15 +9,14 @@ STL repeats the corners of every triangle. They stay so: triangle k has the vert
 3k, 3k+1, 3k+2. Nothing is merged; who needs neighbours compares coordinates.
 """
 
-import os
-import tempfile
 from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from borecheck.errors import MeshError
+from borecheck.core.whole_files import write_whole
+from borecheck.errors import InputError, MeshError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.numbers import number, shown
 from borecheck.geometry.mesh_files.polygons import RawMesh
@@ -47,6 +46,19 @@ def write_stl(path: Path, mesh: TriangleMesh) -> None:
     Raises:
         MeshError: The folder cannot be written, or a coordinate does not fit float32.
     """
+    content = stl_bytes(path, mesh)
+    try:
+        write_whole(path, content)
+    except InputError as error:
+        raise MeshError(path, error.problem) from error
+
+
+def stl_bytes(path: Path, mesh: TriangleMesh) -> bytes:
+    """What `write_stl` writes.
+
+    Raises:
+        MeshError: A coordinate does not fit float32; it names the file that was meant.
+    """
     records = np.zeros(len(mesh.triangles), dtype=_RECORD)
     with np.errstate(over="ignore"):
         corners = mesh.corners.astype("<f4")
@@ -56,7 +68,7 @@ def write_stl(path: Path, mesh: TriangleMesh) -> None:
     records["normal"] = _unit_normals(mesh)
     count = np.array(len(records), dtype="<u4").tobytes()
     header = b"borecheck, metres".ljust(_HEADER)
-    _replace(path, header + count + records.tobytes())
+    return header + count + records.tobytes()
 
 
 def _is_binary(data: bytes) -> bool:
@@ -151,19 +163,3 @@ def _unit_normals(
     normals = np.cross(b - a, c - a)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
-
-
-def _replace(path: Path, content: bytes) -> None:
-    """Write beside the target and rename: a reader sees the old file or the new."""
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    except OSError as error:
-        raise MeshError(path, f"cannot be written: {error.strerror}") from error
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        Path(name).chmod(0o644)  # mkstemp makes files that only their owner reads
-        Path(name).replace(path)
-    except OSError as error:
-        Path(name).unlink(missing_ok=True)
-        raise MeshError(path, f"cannot be written: {error.strerror}") from error
