@@ -4,17 +4,19 @@ import argparse
 import ast
 import atexit
 import gc
-import os
 import re
 import sys
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
+from borecheck.core.streams import finish, log_in_lines, prepare_streams
+from borecheck.core.text import one_line
 from borecheck.core.version import __version__
 from borecheck.errors import BorecheckError
 
@@ -45,38 +47,63 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: The words after `borecheck`; those of the process by default.
     """
     if argv is None:
-        # Imports make no garbage, but looking for it takes a tenth of a start; and
-        # nothing needs to be looked for when the process ends.
-        gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 10, 10)
-        atexit.register(gc.freeze)
-    words = join_signed(list(sys.argv[1:] if argv is None else argv))
+        _prepare_process()
+    try:
+        return _guarded(list(sys.argv[1:] if argv is None else argv))
+    finally:
+        for stream in (sys.stdout, sys.stderr):
+            finish(stream)
+
+
+def _guarded(words: list[str]) -> int:
+    """The exit status; whatever goes wrong is told in one line."""
+    try:
+        status = _run(join_signed(words))
+        sys.stdout.flush()  # what the reader did not get is no success
+        return status
+    except BrokenPipeError:
+        return COULD_NOT  # the reader of our output has gone: nobody to tell it to
+    except KeyboardInterrupt:
+        _tell("interrupted")
+        return INTERRUPTED
+    except (BorecheckError, OSError) as error:
+        _tell(f"error: {error}")
+    except MemoryError:
+        _tell("error: not enough memory")
+    except Exception as error:  # noqa: BLE001 - Python's status 1 would say "contact"
+        _tell_defect(error)
+    return COULD_NOT
+
+
+def _run(words: list[str]) -> int:
     commands = _all_commands()
     name = next((word for word in words if not word.startswith("-")), None)
-    parser = _parser(commands, name)
-    try:
-        args = parser.parse_args(words)
-        args.argv = words
-        return int(args.run(args))
-    except BorecheckError as error:
-        print(f"borecheck: error: {_one_line(error)}", file=sys.stderr)
-        return COULD_NOT
-    except KeyboardInterrupt:
-        print("borecheck: interrupted", file=sys.stderr)
-        return INTERRUPTED
-    except BrokenPipeError:
-        # the reader of our output has gone; nothing more can be said to it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return COULD_NOT
-    except OSError as error:
-        print(f"borecheck: error: {_one_line(error)}", file=sys.stderr)
-        return COULD_NOT
-    except MemoryError:
-        print("borecheck: error: not enough memory", file=sys.stderr)
-        return COULD_NOT
-    except Exception:  # noqa: BLE001 - Python's own status 1 would say "contact"
-        traceback.print_exc()
-        print("borecheck: error: a defect of borecheck, see above", file=sys.stderr)
-        return COULD_NOT
+    args = _parser(commands, name).parse_args(words)
+    args.argv = words
+    return int(args.run(args))
+
+
+def _tell(text: str) -> None:
+    with suppress(OSError):  # standard error, where it would be told, is closed
+        print(f"borecheck: {one_line(text)}", file=sys.stderr)
+
+
+def _tell_defect(error: Exception) -> None:
+    """Where it happened; the message may hold names from files, and is one line."""
+    places = "".join(traceback.format_tb(error.__traceback__))
+    with suppress(OSError):
+        sys.stderr.write(f"Traceback (most recent call last):\n{places}")
+    _tell(f"error: a defect of borecheck, see above: {type(error).__name__}: {error}")
+
+
+def _prepare_process() -> None:
+    """What holds for a process that is ours alone."""
+    # Imports make no garbage, but looking for it takes a tenth of a start; and
+    # nothing needs to be looked for when the process ends.
+    gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, 10, 10)
+    atexit.register(gc.freeze)
+    prepare_streams()
+    log_in_lines()
 
 
 def join_signed(words: list[str]) -> list[str]:
@@ -89,10 +116,6 @@ def join_signed(words: list[str]) -> list[str]:
         else:
             joined.append(word)
     return joined
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())
 
 
 def _all_commands() -> dict[str, tuple[str, str]]:
@@ -123,11 +146,18 @@ def _purpose(entry: EntryPoint) -> str:
     return f"{purpose} ({package})" if purpose else f"from {package}"
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors hold words of the command line, which shells expand."""
+
+    def error(self, message: str) -> NoReturn:
+        super().error(one_line(message))
+
+
 def _parser(
     commands: dict[str, tuple[str, str]], chosen: str | None
 ) -> argparse.ArgumentParser:
     """The parser; only the chosen command's module is imported."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="borecheck",
         description="Tells, with proof, whether an image-guided needle robot will "
         "touch the scanner it works in.",

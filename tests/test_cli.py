@@ -3,6 +3,7 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -441,3 +442,41 @@ def test_an_unknown_scanner_lists_the_known_ones(capsys):
 def test_a_strangers_verdict_says_what_it_does_not_cover(capsys, block):
     _, out, _ = run(capsys, "check", ROBOT, block, "--q", "0", "--format", "json")
     assert len(json.loads(out)["not_modelled"]) >= 3
+
+
+# In every place of a file that a command shows: what would erase a line, begin one
+# that a program reads as a command, or turn a name round.
+SPOOF = "a&#10;::error::x&#155;2K&#x202e;b"
+
+
+def test_no_control_character_of_a_file_is_printed(capsys, tmp_path):
+    text = (
+        Path(ROBOT)
+        .read_text()
+        .replace('"arm"', f'"{SPOOF}"')
+        .replace('"j"', f'"{SPOOF}j"')
+    )
+    robot = tmp_path / "robot.urdf"
+    robot.write_text(text)
+    near, far = tmp_path / "n\x1b[1Aear.stl", tmp_path / "far\u202e.stl"
+    write_stl(near, box("near", (3.0, 3.0, 3.0)))
+    write_stl(far, box("far", (0.2, 0.2, 0.2)))
+    path = tmp_path / "p\nath.csv"
+    path.write_text("elbow\n0\n")
+    pose = ("--q", "0")
+    for words in (
+        ("check", robot, near, *pose),
+        ("check", robot, f"{far}@2,0,0", *pose),
+        ("check", robot, near, "--path", path),
+        ("check", robot, tmp_path / "no\x1b[2K", *pose),
+        ("compare", robot, near, *pose),
+        ("fk", robot, *pose),
+        ("check", robot, near, "--q", "0,0"),
+        ("calibrate", "observe", robot, path),
+        ("report", path, tmp_path / "page.html"),
+    ):
+        _, out, err = run(capsys, *words)
+        assert out or err
+        said = (out + err).replace("\n", "")
+        assert said.isprintable(), (words, [c for c in said if not c.isprintable()])
+        assert not any(line.startswith("::") for line in (out + err).splitlines())

@@ -13,6 +13,7 @@ from borecheck.calibration.measurements import Measurements
 from borecheck.calibration.noise import Noise, seen_noise
 from borecheck.calibration.refinement import Refinement, parameter_sigmas, refine
 from borecheck.calibration.serial_arm import SerialArm
+from borecheck.core.text import in_lines
 from borecheck.core.version import __version__
 from borecheck.errors import GeometryError
 
@@ -160,7 +161,7 @@ def as_text(document: Mapping[str, Any]) -> str:
         f"rms of the points {1e3 * document['rms_m']:.4f} mm, "
         f"{document['iterations']} iterations"
     )
-    return "\n".join(lines) + "\n"
+    return in_lines(lines)
 
 
 def _iterations(found: Fit) -> int:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from borecheck.calibration.observability import design, observe
 from borecheck.calibration.serial_arm import SerialArm
 from borecheck.calibration.setup import CalibrationSetup, target_at_zero
+from borecheck.core.text import in_lines, printable
 
 Array = NDArray[np.float64]
 
@@ -92,21 +93,22 @@ def judged(
 
 def observation_text(seen: Mapping[str, Any]) -> str:
     """The same for people."""
-    head = (
-        f"{seen['samples']} samples, {seen['parameters']} parameters and the target\n"
-    )
+    head = f"{seen['samples']} samples, {seen['parameters']} parameters and the target"
     if seen["unseen"]:
-        return head + f"not seen at all: {', '.join(seen['unseen'])}\n"
-    return (
-        head + f"all seen, condition number {seen['condition']:.1f} (1 is best)\n"
-        f"weakest: {', '.join(seen['weakest'])}\n"
-        f"errors of {1e3 * seen['sigma_m']:.4g} mm leave the target uncertain by "
-        f"{1e3 * seen['target_sigma_m']:.4f} mm all over the joint ranges\n"
+        return in_lines([head, f"not seen at all: {', '.join(seen['unseen'])}"])
+    return in_lines(
+        [
+            head,
+            f"all seen, condition number {seen['condition']:.1f} (1 is best)",
+            f"weakest: {', '.join(seen['weakest'])}",
+            f"errors of {1e3 * seen['sigma_m']:.4g} mm leave the target uncertain by "
+            f"{1e3 * seen['target_sigma_m']:.4f} mm all over the joint ranges",
+        ]
     )
 
 
 def as_csv(arm: SerialArm, q: Array) -> str:
     """Joint values with a header, [rad]."""
-    rows = [",".join(arm.joint_names)]
+    rows = [",".join(map(printable, arm.joint_names))]
     rows += [",".join(repr(float(x)) for x in row) for row in q]
     return "\n".join(rows) + "\n"

@@ -5,9 +5,10 @@ import json
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from borecheck.commands.output import refuse_outputs
+from borecheck.commands.progress import say
 from borecheck.core.units import parse_angle, parse_length, parse_pair
 from borecheck.core.whole_files import write_whole
 from borecheck.errors import InputError, UsageError
@@ -137,7 +138,7 @@ def _simulate(args: argparse.Namespace) -> None:
     data, true = simulate(subject.arm, setup, args.samples, args.noise, rng, variation)
     refuse_outputs(args, "out", "truth")
     write_measurements(args.out, subject.arm, data)
-    _say(f"{args.out}: {len(data)} samples of {len(subject.arm.lines)} joints")
+    say(f"{args.out}: {len(data)} samples of {len(subject.arm.lines)} joints")
     if args.truth is not None:
         truth = {
             "schema_version": "1",
@@ -148,7 +149,7 @@ def _simulate(args: argparse.Namespace) -> None:
             "target_at_zero_m": true.target.tolist(),
         }
         write_whole(args.truth, json.dumps(truth, indent=2) + "\n")
-        _say(f"{args.truth}: {len(true.parameters)} true parameters")
+        say(f"{args.truth}: {len(true.parameters)} true parameters")
 
 
 def _fit(args: argparse.Namespace) -> None:
@@ -164,7 +165,7 @@ def _fit(args: argparse.Namespace) -> None:
     if args.urdf is not None:
         text = _corrected(subject, found, args.urdf.parent)
         write_whole(args.urdf, text)
-        _say(f"{args.urdf}: joint origins corrected")
+        say(f"{args.urdf}: joint origins corrected")
     document = as_document(found, data, args.robot, getattr(args, "argv", []))
     if args.out is not None:
         write_whole(args.out, json.dumps(document, indent=2) + "\n")
@@ -216,7 +217,7 @@ def _plan(args: argparse.Namespace) -> None:
         write_whole(args.out, text)
     else:
         sys.stdout.write(text)
-    _say(chosen.summary)
+    say(chosen.summary)
 
 
 def _report(args: argparse.Namespace) -> None:
@@ -232,8 +233,4 @@ def _report(args: argparse.Namespace) -> None:
         raise InputError(args.result, "is no result of `borecheck calibrate fit --out`")
     refuse_outputs(args, "page")
     write_whole(args.page, page(document))
-    _say(f"{args.page}: residuals of {len(document['samples'])} samples")
-
-
-def _say(text: Any) -> None:
-    sys.stderr.write(f"{text}\n")
+    say(f"{args.page}: residuals of {len(document['samples'])} samples")

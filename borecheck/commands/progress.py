@@ -3,6 +3,8 @@
 import sys
 import time
 
+from borecheck.core.text import printable
+
 
 class Progress:
     """Counts on standard error, with the time left; silent when it is no terminal.
@@ -12,7 +14,7 @@ class Progress:
     """
 
     def __init__(self, what: str) -> None:
-        self._what = what
+        self._what = printable(what)
         self._start = time.monotonic()
         self._shown = 0.0
         self._active = sys.stderr.isatty()
@@ -34,5 +36,5 @@ class Progress:
 
 
 def say(text: str) -> None:
-    """One line for people, on standard error."""
-    print(text, file=sys.stderr, flush=True)
+    """One line for people, on standard error; it may hold names from files."""
+    print(printable(text), file=sys.stderr, flush=True)

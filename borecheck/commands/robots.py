@@ -6,6 +6,7 @@ import math
 import sys
 from typing import Any
 
+from borecheck.core.text import in_lines
 from borecheck.robots.description import (
     Description,
     RobotDescription,
@@ -30,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
     for kind, things in (("robot", robots), ("scanner", scanners)):
         for thing in things:
-            sys.stdout.write("\n".join(_lines(kind, thing)) + "\n\n")
+            sys.stdout.write(in_lines([*_lines(kind, thing), ""]))
     return 0
 
 

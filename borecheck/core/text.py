@@ -1,5 +1,7 @@
 """Text from files, made fit for a terminal."""
 
+from collections.abc import Iterable
+
 
 def printable(text: object, keep: str = "") -> str:
     r"""Text in which every character shows itself.
@@ -15,6 +17,16 @@ def printable(text: object, keep: str = "") -> str:
             in text of our own lines.
     """
     return "".join(c if c.isprintable() or c in keep else _escape(c) for c in str(text))
+
+
+def in_lines(lines: Iterable[object]) -> str:
+    """Text of these lines, each printable: a name in one cannot begin another."""
+    return "".join(f"{printable(line)}\n" for line in lines)
+
+
+def one_line(text: object) -> str:
+    """Text of an error or a warning in one line, blanks and breaks as one blank."""
+    return printable(" ".join(str(text).split()))
 
 
 def _escape(character: str) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from borecheck.core.text import in_lines, printable
 from borecheck.report.probability_words import lines as probability_lines
 
 MARKS = {"clear": "CLEAR", "contact": "CONTACT", "unknown": "UNKNOWN"}
@@ -19,7 +20,7 @@ def check_text(document: Mapping[str, Any]) -> str:
     lines += probability_lines(document)
     lines += _warning_lines(document)
     lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
-    return "\n".join(lines) + "\n"
+    return in_lines(lines)
 
 
 def _plans_text(document: Mapping[str, Any]) -> str:
@@ -46,7 +47,7 @@ def _plans_text(document: Mapping[str, Any]) -> str:
     lines += ["", *table(rows), "", *_certificate_table(document)]
     lines += _warning_lines(document)
     lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
-    return "\n".join(lines) + "\n"
+    return in_lines(lines)
 
 
 def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
@@ -164,7 +165,7 @@ def compare_text(document: Mapping[str, Any]) -> str:
         lines.append(f"seen by containment only: {len(hidden)} times")
         lines += [f"  {text}" for text in hidden[:SHOWN]]
     lines += _warning_lines(document)
-    return "\n".join(lines) + "\n"
+    return in_lines(lines)
 
 
 def _cause_lines(disagreements: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -214,7 +215,7 @@ def fk_text(document: Mapping[str, Any]) -> str:
         )
     lines += table(rows)
     lines += [f"no {voice}: {why}" for voice, why in document["silent"].items()]
-    return "\n".join(lines) + "\n"
+    return in_lines(lines)
 
 
 def millimetres(length: float | None) -> str:
@@ -224,6 +225,7 @@ def millimetres(length: float | None) -> str:
 
 def table(rows: Sequence[Sequence[str]]) -> list[str]:
     """Rows as aligned columns, the first one underlined."""
+    rows = [[printable(cell) for cell in row] for row in rows]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     lines = [
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from borecheck.core.text import in_lines
 from borecheck.report.text import table
 
 Document = Mapping[str, Any]
@@ -25,7 +26,7 @@ def trials_text(document: Document) -> str:
     lines += _ranking(document["ranking"])
     lines += _fits(document)
     lines += _margins(document["margins"])
-    return "\n".join(lines) + "\n"
+    return in_lines(lines)
 
 
 def _tables(trials: Sequence[Document], point: str) -> list[str]:
