@@ -14,6 +14,7 @@ from borecheck.robots.description import Argument as Argument
 from borecheck.robots.description import JointMap as JointMap
 from borecheck.robots.description import RobotDescription as RobotDescription
 from borecheck.robots.description import ScannerDescription as ScannerDescription
+from borecheck.robots.description import Solutions as Solutions
 
 __all__ = [
     "LEVELS",
@@ -23,5 +24,6 @@ __all__ = [
     "JointMap",
     "RobotDescription",
     "ScannerDescription",
+    "Solutions",
     "TriangleMesh",
 ]

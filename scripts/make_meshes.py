@@ -37,8 +37,9 @@ def main() -> int:
 def descriptions(names: list[str]) -> Iterator[Description]:
     for group, kind in (("robots", "robot"), ("scanners", "scanner")):
         for name in installed_names(group):
-            if not names or name in names:
-                yield installed(group, kind, name)
+            description = installed(group, kind, name)
+            if description.meshes and (not names or name in names):
+                yield description
 
 
 def write(description: Description) -> None:

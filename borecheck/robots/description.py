@@ -12,6 +12,9 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from borecheck.core.units import parse_angle, parse_length
 from borecheck.errors import UnknownNameError, UsageError
 
@@ -85,6 +88,19 @@ class JointMap:
 
 
 @dataclass(frozen=True)
+class Solutions:
+    """What the inverse hook of a robot gives for a needle.
+
+    Attributes:
+        configurations: Those within the limits, each (joints,); may be empty.
+        rejected: One line for every other branch: which limits it breaks, by how much.
+    """
+
+    configurations: tuple[NDArray[np.float64], ...]
+    rejected: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Description:
     """What robots and scanners have in common.
 
@@ -93,8 +109,10 @@ class Description:
         title: One line for people.
         xacro: The file the URDF is made from.
         arguments: Arguments of the xacro file by name (mesh_dir is not among them).
-        meshes: Hook `build(level, arguments) -> {file stem: TriangleMesh}`.
-        shipped: Folder with the coarse meshes of the default arguments.
+        meshes: Hook `build(level, arguments) -> {file stem: TriangleMesh}`; empty if
+            the file names its meshes itself, or is drawn with primitives.
+        shipped: Folder with the coarse meshes of the default arguments, where the
+            hook makes meshes.
         not_modelled: What no verdict about it covers, a phrase each.
         source: The publication, as a key of docs/references.md.
     """
@@ -102,14 +120,14 @@ class Description:
     name: str
     title: str
     xacro: Path
-    arguments: Mapping[str, Argument]
-    meshes: str
-    shipped: Path
+    arguments: Mapping[str, Argument] = field(default_factory=dict)
+    meshes: str = ""
+    shipped: Path | None = None
     not_modelled: tuple[str, ...]
     source: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RobotDescription(Description):
     """A needle robot.
 
@@ -126,7 +144,7 @@ class RobotDescription(Description):
         forward: Hook `forward(q (n,), **arguments) -> {frame: T_world_frame (4, 4)}`
             of the closed form (q of the paper), or None.
         inverse: Hook `inverse(tip (3,), direction (3,), insertion, **arguments)`
-            -> `Solutions` as that function documents, or None.
+            that gives `Solutions`, or an object of that form; or None.
         dimensions: Hook `dimensions(**arguments) -> {name: value}` of the closed form.
         closed_form_arguments: Names of the xacro arguments the closed form takes.
         insertion_joint: The joint that drives the needle, or None.
@@ -148,7 +166,7 @@ class RobotDescription(Description):
     insertion_joint: str | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ScannerDescription(Description):
     """A scanner with its couch and patient.
 

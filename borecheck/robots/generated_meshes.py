@@ -15,8 +15,10 @@ from borecheck.robots.description import LEVELS, Description, hook
 
 def mesh_folder(
     description: Description, level: str, arguments: Mapping[str, str]
-) -> Path:
+) -> Path | None:
     """The folder with the meshes of a level of detail, generated if need be.
+
+    A description without a mesh hook has none: its file says what it is drawn with.
 
     Args:
         description: Robot or scanner.
@@ -29,6 +31,8 @@ def mesh_folder(
     """
     if level not in LEVELS:
         raise UnknownNameError("level", level, LEVELS)
+    if not description.meshes:
+        return None
     shaping = {
         name: arguments[name]
         for name, argument in description.arguments.items()

@@ -228,7 +228,9 @@ def build_installed(
 ) -> tuple[RobotModel, str]:
     """Model and URDF text of an installed description with meshes of that level."""
     folder = mesh_folder(description, level, arguments)
-    complete = {**arguments, "mesh_dir": str(folder)}
+    complete = dict(arguments)
+    if folder is not None:
+        complete["mesh_dir"] = str(folder)
     text = expanded_text(description.xacro, complete)
     return RobotModel(text, str(description.xacro)), text
 
