@@ -54,7 +54,7 @@ def test_check_clear_contact_and_margin(capsys, block):
     assert run(capsys, "check", ROBOT, block, "--q", "0")[0] == 0
     status, out, _ = run(capsys, "check", ROBOT, block, "--q", "j=20deg")
     assert status == 1
-    assert out.startswith("CONTACT: arm meets block")
+    assert "\nCONTACT: arm meets block" in out
     status, out, _ = run(capsys, "check", ROBOT, block, "--q", "0", "--margin", "60mm")
     assert status == 1
     assert "within_margin" in out
@@ -422,7 +422,7 @@ def test_a_contained_robot_has_no_clearance_in_text_and_page(capsys, tmp_path, p
     room, page = f"{tmp_path / 'room.stl'}:m@0.3,0,0", tmp_path / "page.html"
     status, out, _ = run(capsys, "check", ROBOT, room, "--q", "0")
     assert status == 1
-    assert out.startswith("CONTACT (contained): ")
+    assert "\nCONTACT (contained): " in out
     assert "clearance" not in out
     for what in (("--q", "0"), ("--path", paths[0], "--samples", "3")):
         assert run(capsys, "check", ROBOT, room, *what, "--report", page)[0] == 1

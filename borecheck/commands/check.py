@@ -81,6 +81,7 @@ def run(args: argparse.Namespace) -> int:
     announce_compilation()
     from borecheck.commands.exit_status import ExitStatus, of_verdict
     from borecheck.contact.check import settings
+    from borecheck.contact.checked import checked
     from borecheck.report.document import header, robot_block, scene_block
     from borecheck.report.text import check_text
 
@@ -94,11 +95,13 @@ def run(args: argparse.Namespace) -> int:
     robot, scene = common.load(args), common.load_surroundings(args)
     warm_up(chosen)
     weighed = _weigher(args, robot, scene)
+    about = checked(robot, scene, chosen.margin, with_plan=bool(plans))
     document: dict[str, Any] = {
         **header("check", args.argv, args.date),
         "robot": robot_block(robot),
         "scene": scene_block(scene),
-        "warnings": [*robot.warnings, *scene.warnings],
+        "checked": about.to_json(),
+        "warnings": [*robot.warnings, *scene.warnings, *about.warnings],
     }
     document |= _answer(args, robot, scene, chosen, plans)
     weighed(document)

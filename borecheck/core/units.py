@@ -13,6 +13,8 @@ ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180.0}
 
 # Whatever is placed in a scanner room stands nearer than this, [m].
 FARTHEST_POSE = 10.0
+# Nobody turns a thing by more than once round; rounded up, as 6.2832 is typed, [rad].
+LARGEST_TURN = 2.0 * math.pi + 1e-3
 
 _QUANTITY = re.compile(
     r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*", re.ASCII
@@ -51,18 +53,37 @@ def parse_pair(text: str, option: str) -> tuple[str, str]:
 
 
 def parse_pose(text: str) -> Array:
-    """A placement `x,y,z[,roll,pitch,yaw]` as a (4, 4) transform."""
+    """A placement `x,y,z[,roll,pitch,yaw]` as a (4, 4) transform.
+
+    Raises:
+        UsageError: Not 3 or 6 quantities; metres or radians that can only be
+            millimetres or degrees.
+    """
     parts = text.split(",")
     if len(parts) not in (3, 6):
         raise UsageError(f"pose {text!r} has {len(parts)} numbers, not 3 or 6")
     xyz = [parse_length(part) for part in parts[:3]]
-    if max(map(abs, xyz)) > FARTHEST_POSE:
+    rpy = [parse_angle(part) for part in parts[3:]] or [0.0, 0.0, 0.0]
+    if max(map(abs, rpy)) > LARGEST_TURN:
         raise UsageError(
-            f"pose {text!r} lies beyond {FARTHEST_POSE:g} m: are these millimetres? "
+            f"pose {text!r} turns by more than 360 degrees: are these degrees? "
+            "Bare numbers are radians; write for example 0,0,0,0,0,90deg"
+        )
+    return check_near(transform(np.array(xyz), np.array(rpy)), f"pose {text!r}")
+
+
+def check_near(T: Array, name: str) -> Array:
+    """The same placement, if it is within the scanner's room.
+
+    Raises:
+        UsageError: It is beyond FARTHEST_POSE.
+    """
+    if np.abs(T[:3, 3]).max() > FARTHEST_POSE:
+        raise UsageError(
+            f"{name} lies beyond {FARTHEST_POSE:g} m: are these millimetres? "
             "Bare numbers are metres; write for example 800mm,0,0"
         )
-    rpy = [parse_angle(part) for part in parts[3:]] or [0.0, 0.0, 0.0]
-    return transform(np.array(xyz), np.array(rpy))
+    return T
 
 
 def _parse(text: str, kind: str, units: dict[str, float], bare: str) -> float:

@@ -5,6 +5,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from borecheck.report.checked_words import bodies
 from borecheck.report.figures import clearance_plot
 from borecheck.report.pictures import pictures_at
 from borecheck.report.probability_words import lines as probability_lines
@@ -37,6 +38,12 @@ def views(document: Mapping[str, Any]) -> dict[str, Any]:
         "worst": worst,
         "checker_told": CHECKERS.get(document["checker"], ""),
         "pictures": _pictures(document, worst),
+        "bodies": bodies(document.get("checked", {}).get("bodies", ())),
+        "warnings": [
+            *document["robot"]["warnings"],
+            *document["scene"]["warnings"],
+            *document.get("checked", {}).get("warnings", ()),
+        ],
         "surfaces": len(document["scene"]["obstacles"]),
         "parts": len(document["robot"]["parts"]),
     }

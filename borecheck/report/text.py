@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from borecheck.core.text import in_lines, printable
+from borecheck.report.checked_words import lines as checked_lines
 from borecheck.report.probability_words import lines as probability_lines
 
 MARKS = {"clear": "CLEAR", "contact": "CONTACT", "unknown": "UNKNOWN"}
@@ -13,10 +14,10 @@ SHOWN = 10
 
 
 def check_text(document: Mapping[str, Any]) -> str:
-    """The result of `check` in words: verdict first."""
+    """The result of `check` in words: what was checked, then the verdict."""
     if "plans" in document:
         return _plans_text(document)
-    lines = _verdict_lines(document)
+    lines = [*checked_lines(document), *_verdict_lines(document)]
     lines += probability_lines(document)
     lines += _warning_lines(document)
     lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
@@ -37,8 +38,8 @@ def _plans_text(document: Mapping[str, Any]) -> str:
                 plan["reason"],
             )
         )
-    lines = [f"{MARKS[document['verdict']]}: {document['reason']}"]
-    lines += [_checker_line(document)]
+    lines = [*checked_lines(document)]
+    lines += [f"{MARKS[document['verdict']]}: {document['reason']}"]
     if "each_plan" in document:
         lines += [
             f"each plan is one motion: {document['each_plan']}",
@@ -54,7 +55,6 @@ def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
     qualifiers = ", ".join(document["qualifiers"])
     mark = MARKS[document["verdict"]] + (f" ({qualifiers})" if qualifiers else "")
     lines = [f"{mark}: {document['reason']}"]
-    lines.append(_checker_line(document))
     if document["closest"] is not None:
         closest = document["closest"]
         within = document["self_contacts"] or document["contained"]
@@ -73,13 +73,6 @@ def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
         f"{document['seconds']:.3f} s"
     )
     return lines
-
-
-def _checker_line(document: Mapping[str, Any]) -> str:
-    checker = f"checker {document['checker']}, pruning {document['pruning']}"
-    margin = document["margin_m"]
-    kept = f"margin {millimetres(margin)} ({document['margin_kind']})"
-    return f"{checker}, {kept if margin else 'no margin'}"
 
 
 def _certificate_line(document: Mapping[str, Any]) -> list[str]:
@@ -141,6 +134,7 @@ def _path_lines(path: Mapping[str, Any]) -> list[str]:
 
 def _warning_lines(document: Mapping[str, Any]) -> list[str]:
     warnings = [*document["robot"]["warnings"], *document["scene"]["warnings"]]
+    warnings += document.get("checked", {}).get("warnings", ())
     return [f"warning: {warning}" for warning in warnings]
 
 

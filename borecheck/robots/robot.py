@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.core.se3 import check_transform, inverse
+from borecheck.core.units import check_near
 from borecheck.errors import UnknownNameError, UrdfError, UsageError
 from borecheck.robots.description import (
     Description,
@@ -147,6 +148,7 @@ def load_robot(
         UnknownNameError: No such robot, argument or level.
         UrdfError: The file describes no robot.
         MeshError: A mesh is missing or damaged.
+        UsageError: A base that is metres away, as millimetres taken for metres are.
     """
     return robot_with(name, arguments, level, base, package_paths)
 
@@ -169,7 +171,7 @@ def robot_with(
     parts = collision_parts(model.tree, path, package_paths)
     if not parts:
         raise UrdfError(path, "no link has collision geometry: nothing to check")
-    T_scene_root = np.eye(4) if base is None else check_transform(base, "base")
+    T_scene_root = _checked_base(base)
     return Robot(
         name=str(name),
         description=None,
@@ -275,11 +277,17 @@ def _placed_by_base_frame(
     model: RobotModel, base_frame: str | None, base: ArrayLike | None
 ) -> Array:
     """T_scene_root such that the base frame stands at `base`."""
-    T_scene_base = np.eye(4) if base is None else check_transform(base, "base")
+    T_scene_base = _checked_base(base)
     if base_frame is None:
         return T_scene_base
     T_root_base = model.placements(np.zeros(len(model.free_joints)))[base_frame]
     return T_scene_base @ inverse(T_root_base)
+
+
+def _checked_base(base: ArrayLike | None) -> Array:
+    if base is None:
+        return np.eye(4)
+    return check_near(check_transform(base, "base"), "base")
 
 
 def _rigid_bodies(model: RobotModel) -> dict[str, str]:

@@ -203,6 +203,7 @@ class Session:
         return str(document["verdict"])
 
     def _document(self, q: Array, samples: int) -> dict[str, Any]:
+        from borecheck.contact.checked import checked
         from borecheck.motion.check import check_motion
         from borecheck.report.document import (
             header,
@@ -214,11 +215,18 @@ class Session:
 
         chosen = replace(self.chosen, link_clearance=True)
         names = self.robot.model.joint_names
+        plans = self.follows_plans
+        about = checked(self.robot, self.scene, chosen.margin, with_plan=plans)
         document: dict[str, Any] = {
             **header("check", ["view", self.robot.name, self.scene.name], None),
             "robot": robot_block(self.robot),
             "scene": scene_block(self.scene),
-            "warnings": [*self.robot.warnings, *self.scene.warnings],
+            "checked": about.to_json(),
+            "warnings": [
+                *self.robot.warnings,
+                *self.scene.warnings,
+                *about.warnings,
+            ],
         }
         if not self.follows_plans:
             verdict = check_with(self.robot, self.scene, q, chosen)

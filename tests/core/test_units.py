@@ -44,3 +44,25 @@ def test_pose_with_units():
 def test_what_is_no_pose_is_refused(text):
     with pytest.raises(UsageError):
         parse_pose(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("0,0,0,0,0,90", "90deg"),
+        ("0,0,0,-45,0,0", "90deg"),
+        ("0,0,0,0,6.3,0", "90deg"),
+        ("0,0,0,0,361deg,0", "90deg"),
+        ("0,800,0", "800mm"),
+        ("0,0,-10.1", "800mm"),
+    ],
+)
+def test_degrees_and_millimetres_without_their_unit_are_refused(text, hint):
+    with pytest.raises(UsageError, match=hint):
+        parse_pose(text)
+
+
+@pytest.mark.parametrize("angle", ["6.2832", "-6.283185307179586", "360deg"])
+def test_a_whole_turn_is_no_mistake(angle):
+    T = parse_pose(f"10,0,0,0,0,{angle}")
+    np.testing.assert_allclose(T[:3, 0], [1.0, 0.0, 0.0], atol=1e-4)

@@ -1,0 +1,151 @@
+"""What a verdict is about: robot, obstacles, patients with size and place, margin.
+
+A unit or a place that is wrong makes a verdict about another room. It is correct for
+the numbers given, so only who reads the numbers can tell; they come first.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from borecheck.contact.margin import Margin
+from borecheck.core.se3 import matrix_rpy
+from borecheck.plans.corridor import SLACK
+from borecheck.robots.reach import reach
+from borecheck.robots.robot import Robot
+from borecheck.robots.scene import Obstacle, Scene
+
+# A patient lies in the scanner: that far from the isocentre no part of one is, [m].
+PATIENT_NEAR = 1.0
+
+
+@dataclass(frozen=True)
+class CheckedBody:
+    """An obstacle or a patient.
+
+    Attributes:
+        name: Its name.
+        role: scanner, couch, patient or other.
+        size_m: Edges of the box around it, along the scanner's axes, [m].
+        centre_m: Where the middle of that box is, scanner's frame, [m].
+    """
+
+    name: str
+    role: str
+    size_m: tuple[float, float, float]
+    centre_m: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What was checked.
+
+    Attributes:
+        robot: Its name.
+        arguments: Those of its arguments that tell one robot from another: what can be
+            chosen, and what is not as usual.
+        base_xyz_m: Where its base frame stands, scanner's frame, [m].
+        base_rpy_rad: How it is turned, as in URDF, [rad].
+        bodies: What stands around it.
+        margin_m: Required clearance, [m].
+        margin_kind: How it is taken.
+        corridor_m: How far from its plan's line the needle may be in the patient, [m];
+            None without plans.
+        warnings: What is odd about it.
+    """
+
+    robot: str
+    arguments: Mapping[str, str]
+    base_xyz_m: tuple[float, float, float]
+    base_rpy_rad: tuple[float, float, float]
+    bodies: tuple[CheckedBody, ...]
+    margin_m: float
+    margin_kind: str
+    corridor_m: float | None
+    warnings: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values for `json.dumps`."""
+        return asdict(self)
+
+
+def checked(
+    robot: Robot, scene: Scene, margin: Margin, *, with_plan: bool = False
+) -> Checked:
+    """What a verdict about robot and scene is about.
+
+    Args:
+        robot: The robot.
+        scene: What stands around it.
+        margin: What was asked for.
+        with_plan: Whether the needle follows plans, with a corridor in the patient.
+    """
+    T = robot.T_scene_base
+    needle = robot.description.needle_radius if robot.description else 0.0
+    corridor = needle + SLACK if with_plan else None
+    return Checked(
+        robot=robot.name,
+        arguments=_telling_arguments(robot),
+        base_xyz_m=_three(T[:3, 3]),
+        base_rpy_rad=_three(matrix_rpy(T[:3, :3])),
+        bodies=tuple(_body(obstacle) for obstacle in scene.obstacles),
+        margin_m=margin.size,
+        margin_kind=margin.kind,
+        corridor_m=corridor,
+        warnings=(*_out_of_reach(robot, scene), *_patients_away(scene)),
+    )
+
+
+def _telling_arguments(robot: Robot) -> dict[str, str]:
+    if robot.description is None:
+        return dict(robot.arguments)
+    usual = robot.description.arguments
+    return {
+        name: value
+        for name, value in robot.arguments.items()
+        if value != usual[name].default or name == "mount"
+    }
+
+
+def _body(obstacle: Obstacle) -> CheckedBody:
+    low, high = obstacle.mesh.bounds
+    return CheckedBody(
+        obstacle.name, obstacle.role, _three(high - low), _three((low + high) / 2.0)
+    )
+
+
+def _out_of_reach(robot: Robot, scene: Scene) -> tuple[str, ...]:
+    """A line where the robot surely reaches nothing: it, or they, stand elsewhere."""
+    rooms = [
+        ball.room_to(*obstacle.mesh.bounds)
+        for ball in reach(robot)
+        for obstacle in scene.obstacles
+    ]
+    if not rooms or min(rooms) == 0.0:
+        return ()
+    return (
+        f"{robot.name} reaches none of the obstacles, whatever its joints do: they are "
+        f"at least {math.floor(1e3 * min(rooms))} mm out of reach; are places and units right?",
+    )
+
+
+def _patients_away(scene: Scene) -> tuple[str, ...]:
+    """A line for every patient that does not lie in the scanner."""
+    lines = []
+    for obstacle in scene.obstacles:
+        low, high = obstacle.mesh.bounds
+        away = float(np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0)))
+        if obstacle.role == "patient" and away > PATIENT_NEAR:
+            lines.append(
+                f"patient {obstacle.name} lies {away:.2f} m from the isocentre: "
+                "are its place and its unit right?"
+            )
+    return tuple(lines)
+
+
+def _three(values: Any) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
