@@ -61,7 +61,7 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scene",
         nargs="+",
-        help="installed scanner, or files as FILE[:unit][@x,y,z[,r,p,y]]",
+        help="installed scanner, or files as FILE[:unit][:frame][@x,y,z[,r,p,y]]",
     )
     parser.add_argument(
         "--scene-arg",
@@ -75,14 +75,14 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="FILE",
-        help="a further obstacle, FILE[:unit][@pose] (repeatable)",
+        help="a further obstacle, FILE[:unit][:frame][@pose] (repeatable)",
     )
     parser.add_argument(
         "--patient",
         action="append",
         default=[],
         metavar="FILE",
-        help="a patient's surface, FILE[:unit][@pose] (repeatable)",
+        help="a patient's surface, FILE[:unit][:frame][@pose] (repeatable)",
     )
 
 

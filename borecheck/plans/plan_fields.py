@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.patient_frame import FRAMES, scanner_from_patient
 from borecheck.core.units import LENGTH_UNITS, parse_angle
 from borecheck.errors import BorecheckError, PlanError, UnknownNameError
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.plans.patient_frame import FRAMES, scanner_from_patient
 
 Array = NDArray[np.float64]
 

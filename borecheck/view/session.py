@@ -151,7 +151,7 @@ class Session:
         """The session with a patient's surface instead of the one that was there.
 
         Args:
-            file: `FILE[:unit][@x,y,z[,r,p,y]]`.
+            file: `FILE[:unit][:frame][@x,y,z[,r,p,y]]`.
 
         Raises:
             MeshError: The file cannot be read.

@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from borecheck.core.patient_frame import POSITIONS, scanner_from_patient
 from borecheck.errors import GeometryError, PlanError, UnknownNameError
 from borecheck.plans.needle_plan import NeedlePlan, waypoints
-from borecheck.plans.patient_frame import POSITIONS, scanner_from_patient
 from borecheck.plans.plan_file import plans_csv, plans_json, read_plans, save_plans
 from tests.places import DATA
 

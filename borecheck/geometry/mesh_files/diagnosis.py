@@ -16,6 +16,8 @@ _START = 512  # enough for every signature, and never a scan of a whole large fi
 
 def diagnose(data: bytes, suffix: str) -> str | None:
     """What these bytes are instead of the mesh its suffix names, or None if unknown."""
+    if suffix != ".dae" and _is_utf16(data[:_START]):
+        return "text in UTF-16, not in ASCII or UTF-8: save it again as plain text"
     start = data[:_START].lstrip(b"\xef\xbb\xbf \t\r\n").lower()
     for signature, meaning in _SAID_BY_FIRST_BYTES:
         if start.startswith(signature):
@@ -27,3 +29,15 @@ def diagnose(data: bytes, suffix: str) -> str | None:
     if start and not any(data):
         return "nothing but zero bytes: the copy was interrupted"
     return None
+
+
+def _is_utf16(start: bytes) -> bool:
+    """Whether every second byte of what looks like words is zero."""
+    if start.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return True
+    words = start[:32]
+    halves = words[0::2], words[1::2]
+    return any(
+        len(words) == 32 and not any(zeros) and text.decode("latin-1").isprintable()
+        for zeros, text in (halves, halves[::-1])
+    )

@@ -4,14 +4,19 @@ Why an own reader: trimesh takes 1.6 s to import and reorders faces by material;
 meshio reads negative indices wrongly and raises whatever numpy raises.
 """
 
+import re
 from collections.abc import Iterator
 from os import PathLike
 
 import numpy as np
+from numpy.typing import NDArray
 
 from borecheck.errors import MeshError
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.mesh_files.frames import stated_in
 from borecheck.geometry.mesh_files.numbers import integer, number, shown
 from borecheck.geometry.mesh_files.polygons import RawMesh, fan
+from borecheck.geometry.mesh_files.text_ends import trimmed
 
 File = str | PathLike[str]
 
@@ -22,17 +27,18 @@ _WITHOUT_SURFACE = frozenset(
     b"lod shadow_obj trace_obj".split()
 )
 
+_COMMENT = re.compile(rb"#[^\r\n]*")
+
 
 def parse_obj(data: bytes, file: File) -> RawMesh:
     """Vertices and faces in file order; polygons become fans of triangles.
 
     Raises:
-        MeshError: A line that is no OBJ statement, a last line without end, an index
-            without vertex, or a face that a fan does not cover.
+        MeshError: A line that is no OBJ statement, a last line without end of a mesh
+            that is not closed, an index without vertex, or a face that a fan does not
+            cover.
     """
-    if not data.endswith((b"\n", b"\r")):
-        # OBJ has no end mark. "f 7 8 1" may be the begin of "f 7 8 12".
-        raise MeshError(file, "the last line has no line end: cut short?")
+    data, warnings = trimmed(data)
     vertices: list[list[float]] = []
     counts: list[int] = []
     indices: list[int] = []
@@ -48,7 +54,23 @@ def parse_obj(data: bytes, file: File) -> RawMesh:
             )
     points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     faces = np.array(counts, dtype=np.int64)
-    return RawMesh(points, fan(points, faces, np.array(indices, dtype=np.int64), file))
+    triangles = fan(points, faces, np.array(indices, dtype=np.int64), file)
+    if warnings or not data.endswith((b"\n", b"\r")):
+        # OBJ has no end mark. "f 7 8 1" may be the begin of "f 7 8 12".
+        if not _is_whole(points, triangles):
+            raise MeshError(file, "the last line has no line end: cut short?")
+        warnings = (*warnings, "its last line has no end, but its surface is closed")
+    frame = stated_in(_COMMENT.findall(data), file)
+    return RawMesh(points, triangles, frame=frame, warnings=warnings)
+
+
+def _is_whole(points: NDArray[np.float64], triangles: NDArray[np.int64]) -> bool:
+    """Whether nothing can be missing: a closed surface that uses every vertex."""
+    if not len(triangles) or not np.isfinite(points).all():
+        return False
+    if not np.array_equal(np.unique(triangles), np.arange(len(points))):
+        return False
+    return TriangleMesh("obj", points, triangles).is_closed
 
 
 def _statements(data: bytes) -> Iterator[tuple[int, list[bytes]]]:

@@ -4,12 +4,14 @@ Why an own reader: trimesh takes 1.6 s to import; meshio knows `vertex_indices` 
 not `vertex_index`, reads uchar as signed, and takes words for NaN.
 """
 
+import re
 from os import PathLike
 
 import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.errors import MeshError
+from borecheck.geometry.mesh_files.frames import stated_in
 from borecheck.geometry.mesh_files.numbers import shown
 from borecheck.geometry.mesh_files.ply_header import (
     CORNER_LISTS,
@@ -18,9 +20,11 @@ from borecheck.geometry.mesh_files.ply_header import (
     read_header,
 )
 from borecheck.geometry.mesh_files.polygons import RawMesh, fan
+from borecheck.geometry.mesh_files.text_ends import trimmed, without_mark
 
 File = str | PathLike[str]
 
+_COMMENT = re.compile(rb"^(?:comment|obj_info)[^\r\n]*", re.M)
 _Columns = dict[bytes, NDArray[np.float64]]
 _Lists = tuple[NDArray[np.int64], NDArray[np.float64]]  # counts, all items
 
@@ -32,8 +36,15 @@ def parse_ply(data: bytes, file: File) -> RawMesh:
         MeshError: Cut short, bytes left over, a header that makes no sense, or faces
             that cannot be cut into triangles.
     """
+    data = without_mark(data)
     order, elements, at = read_header(data, file)
-    source = _Binary(data, at, order, file) if order else _Text(data[at:], file)
+    warnings: tuple[str, ...] = ()
+    source: _Binary | _Text
+    if order:  # of a binary file every byte counts
+        source = _Binary(data, at, order, file)
+    else:
+        body, warnings = trimmed(data[at:])
+        source = _Text(body, file)
     vertices = np.zeros((0, 3))
     counts = np.zeros(0, dtype=np.int64)
     indices = np.zeros(0, dtype=np.int64)
@@ -46,7 +57,9 @@ def parse_ply(data: bytes, file: File) -> RawMesh:
         elif element.name == b"tristrips":
             raise MeshError(file, "holds triangle strips, not faces: export triangles")
     source.check_end()
-    return RawMesh(vertices, fan(vertices, counts, indices, file))
+    triangles = fan(vertices, counts, indices, file)
+    frame = stated_in(_COMMENT.findall(data[:at]), file)
+    return RawMesh(vertices, triangles, frame=frame, warnings=warnings)
 
 
 def _points(columns: _Columns, file: File) -> NDArray[np.float64]:

@@ -24,10 +24,18 @@ class RawMesh:
     Attributes:
         vertices: Points in the unit of the file, (n, 3).
         triangles: Vertex indices, (m, 3); may still be out of range.
+        unit_m: Metres per unit as the file states it; it is applied to `vertices`.
+        frame: The frame or up axis that the file states ("lps", "y-up" ...).
+        frame_is_implied: It says none, and its standard says which one then holds.
+        warnings: Harmless oddities of the file.
     """
 
     vertices: Array
     triangles: Ids
+    unit_m: float | None = None
+    frame: str | None = None
+    frame_is_implied: bool = False
+    warnings: tuple[str, ...] = ()
 
 
 def fan(

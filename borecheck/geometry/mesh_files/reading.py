@@ -1,12 +1,14 @@
 """Triangle meshes from files: the triangles as they stand there, or one clear error.
 
-STL (binary and text), OBJ and PLY are read here, strictly; Collada goes through
-trimesh, imported only then. Vertices and triangles keep the order of the file, so a
-triangle number in a report is the triangle's place in the file, from 0 (a polygon of
-n corners counts as n - 2 triangles). Zero-area triangles stay: they can touch too.
+STL (binary and text), OBJ, PLY and Collada are read strictly: all of a file or nothing.
+Vertices and triangles keep the order of the file, so a triangle number in a report is
+the triangle's place in the file, from 0 (a polygon of n corners counts as n - 2
+triangles). Zero-area triangles stay: they can touch too. What a file states about its
+frame or unit is told (`MeshFile`), never applied in silence.
 """
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from stat import S_ISREG
 
@@ -24,20 +26,42 @@ from borecheck.geometry.mesh_files.stl import parse_stl, write_stl
 from borecheck.geometry.mesh_files.units import guess_unit, unit_mistake
 
 __all__ = [
+    "MeshFile",
     "guess_unit",
     "read_mesh",
+    "read_mesh_file",
     "read_mesh_in_unit",
-    "states_unit",
+    "stated_frame",
     "unit_mistake",
     "write_stl",
     "zero_area_triangles",
 ]
 
 _PARSERS = {".stl": parse_stl, ".obj": parse_obj, ".ply": parse_ply}
-_BY_TRIMESH = (".dae",)
+_COLLADA = ".dae"  # its parser is imported only when such a file comes
 # A damaged exponent makes coordinates like 1e38; products of three of them leave the
 # range in which the contact tests are correct. No scanner room is a million km wide.
 _LARGEST_M = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """A mesh, and what its file says about how it is meant.
+
+    Attributes:
+        mesh: Its triangles, the numbers as they stand there times unit and scale.
+        unit_m: Metres per unit as the file states it, applied; None if it does not.
+        frame: The frame or up axis that the file states, not applied: "lps", "ras",
+            "x-up", "y-up", "z-up", or another of Slicer's; None if it states none.
+        frame_is_implied: The file states none, but its standard says which one holds.
+        warnings: Harmless oddities that were read over.
+    """
+
+    mesh: TriangleMesh
+    unit_m: float | None
+    frame: str | None
+    frame_is_implied: bool
+    warnings: tuple[str, ...]
 
 
 def read_mesh(path: Path, scale: float = 1.0, name: str | None = None) -> TriangleMesh:
@@ -54,6 +78,11 @@ def read_mesh(path: Path, scale: float = 1.0, name: str | None = None) -> Triang
             triangles, vertices that are not finite, or indices out of range.
         UsageError: The scale is not a positive number.
     """
+    return read_mesh_file(path, scale, name).mesh
+
+
+def read_mesh_file(path: Path, scale: float = 1.0, name: str | None = None) -> MeshFile:
+    """As `read_mesh`, with what the file states about unit and frame."""
     path = Path(path)
     if not (math.isfinite(scale) and scale > 0.0):
         raise UsageError(f"mesh scale {scale} is not a positive number")
@@ -61,7 +90,8 @@ def read_mesh(path: Path, scale: float = 1.0, name: str | None = None) -> Triang
     with np.errstate(over="ignore", invalid="ignore"):
         vertices = raw.vertices if scale == 1.0 else raw.vertices * scale
     _check(vertices, raw.triangles, path)
-    return TriangleMesh(name or path.stem, vertices, raw.triangles)
+    mesh = TriangleMesh(name or path.stem, vertices, raw.triangles)
+    return MeshFile(mesh, raw.unit_m, raw.frame, raw.frame_is_implied, raw.warnings)
 
 
 def read_mesh_in_unit(
@@ -80,13 +110,16 @@ def read_mesh_in_unit(
     return read_mesh(path, LENGTH_UNITS[unit or "m"], name)
 
 
-def states_unit(path: Path) -> bool:
-    """Whether the file itself says its unit: Collada may, the others cannot."""
-    if path.suffix.lower() not in _BY_TRIMESH:
-        return False
-    from borecheck.geometry.mesh_files.collada import states_unit as collada_states_unit
+def stated_frame(path: Path) -> str | None:
+    """The frame or up axis that a mesh file states or, as Collada, implies.
 
-    return collada_states_unit(_content(path))
+    Returns:
+        "lps", "ras", "x-up", "y-up", "z-up", another word of its header, or None.
+
+    Raises:
+        MeshError: As `read_mesh`.
+    """
+    return _parse(Path(path)).frame
 
 
 def zero_area_triangles(mesh: TriangleMesh) -> NDArray[np.int64]:
@@ -101,13 +134,13 @@ def zero_area_triangles(mesh: TriangleMesh) -> NDArray[np.int64]:
 
 def _parse(path: Path) -> RawMesh:
     suffix = path.suffix.lower()
-    known = (*_PARSERS, *_BY_TRIMESH)
+    known = (*_PARSERS, _COLLADA)
     data = _content(path)
     if suffix not in known:
         raise MeshError(
             path, f"no mesh format is known by {suffix!r} ({', '.join(known)})"
         )
-    if suffix in _BY_TRIMESH:
+    if suffix == _COLLADA:
         from borecheck.geometry.mesh_files.collada import parse_collada
 
         parse = parse_collada

@@ -9,7 +9,9 @@ STL repeats the corners of every triangle. They stay so: triangle k has the vert
 3k, 3k+1, 3k+2. Nothing is merged; who needs neighbours compares coordinates.
 """
 
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
@@ -18,12 +20,19 @@ import numpy as np
 from borecheck.core.whole_files import write_whole
 from borecheck.errors import InputError, MeshError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.mesh_files.frames import stated_in
 from borecheck.geometry.mesh_files.numbers import number, shown
 from borecheck.geometry.mesh_files.polygons import RawMesh
+from borecheck.geometry.mesh_files.text_ends import trimmed, without_mark
 
 File = str | PathLike[str]
 
 _HEADER = 80
+_LOOKED_AT = 1024  # bytes that tell text from binary
+# Lines of comment may stand before the first solid.
+_FIRST_SOLID = re.compile(rb"(?:\s|[#;!][^\r\n]*[\r\n]|//[^\r\n]*[\r\n])*solid", re.I)
+_COMMENTS = (b"#", b";", b"!", b"//")
+_NAME_LINES = re.compile(rb"^[ \t]*(?:end)?solid[^\r\n]*", re.I | re.M)
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
 
 
@@ -34,10 +43,14 @@ def parse_stl(data: bytes, file: File) -> RawMesh:
         MeshError: Cut short, longer than it says, or no STL.
     """
     if _is_binary(data):
-        return _parse_binary(data)
-    if data.lstrip()[:5].lower() == b"solid" and b"\0" not in data[:1024]:
-        return _parse_text(data, file)
-    raise MeshError(file, _what_is_wrong(data))
+        return _parse_binary(data, file)
+    text, warnings = trimmed(data)
+    is_text = b"\0" not in text[:_LOOKED_AT]
+    if is_text and _FIRST_SOLID.match(text[:_LOOKED_AT]):
+        return _parse_text(text, file, warnings)
+    is_long = len(text) >= _HEADER + 4
+    says_why = _no_solid if is_text and is_long else _what_is_wrong
+    raise MeshError(file, says_why(data))
 
 
 def write_stl(path: Path, mesh: TriangleMesh) -> None:
@@ -81,6 +94,11 @@ def _expected_size(data: bytes) -> int:
     return _HEADER + 4 + count * _RECORD.itemsize
 
 
+def _no_solid(text: bytes) -> str:
+    first = without_mark(text).split(maxsplit=1)[:1] or [b""]
+    return f"no STL file: it begins with {shown(first[0])}, not with solid"
+
+
 def _what_is_wrong(data: bytes) -> str:
     if len(data) < _HEADER + 4:
         return f"too short for an STL file ({len(data)} bytes)"
@@ -92,21 +110,26 @@ def _what_is_wrong(data: bytes) -> str:
     return f"{extra} bytes too many for the {says} triangles that the header says"
 
 
-def _parse_binary(data: bytes) -> RawMesh:
+def _parse_binary(data: bytes, file: File) -> RawMesh:
     records = np.frombuffer(data, dtype=_RECORD, offset=_HEADER + 4)
     with np.errstate(invalid="ignore"):  # a signalling NaN is reported later
         corners = records["corners"].astype(np.float64)
-    return _soup(corners)
+    return replace(_soup(corners), frame=stated_in([data[:_HEADER]], file))
 
 
-def _parse_text(data: bytes, file: File) -> RawMesh:
+def _parse_text(data: bytes, file: File, warnings: tuple[str, ...]) -> RawMesh:
     corners: list[float] = []
     lines = _words(data)
     for at, words in lines:
+        if not corners and words[0].startswith(_COMMENTS):
+            continue
         if words[0] != b"solid":
             raise MeshError(file, f"{shown(words[0])} outside of a solid", f"line {at}")
         _read_solid(lines, corners, file)
-    return _soup(np.array(corners, dtype=np.float64).reshape(-1, 3, 3))
+    soup = _soup(np.array(corners, dtype=np.float64).reshape(-1, 3, 3))
+    before = data[: data.lower().find(b"solid")]
+    frame = stated_in([before, *_NAME_LINES.findall(data)], file)
+    return replace(soup, frame=frame, warnings=warnings)
 
 
 def _read_solid(

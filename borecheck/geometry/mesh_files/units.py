@@ -6,8 +6,6 @@ and inches look like small metres or large millimetres and must be said. A guess
 good enough to show a scene and to find contact, never to call anything clear.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from borecheck.errors import MeshError
@@ -22,29 +20,8 @@ _LARGEST_SHARE = 5.0
 # tenth of its size, and an arm inside its wall would be called clear.
 _ALSO_POSSIBLE = {"cm": 1e-2, "in": 0.0254}
 _OTHERS_LARGEST = 3.0
-
-
-@dataclass(frozen=True)
-class GuessedUnit:
-    """A unit that nobody stated.
-
-    Attributes:
-        file: The mesh file.
-        unit: What its numbers were taken for.
-        typed: What to type to state that unit, `FILE:mm[@pose]`.
-    """
-
-    file: str
-    unit: str
-    typed: str
-
-    @property
-    def doubt(self) -> str:
-        """Why nothing is clear yet, and what to do about it."""
-        return (
-            f"the unit of {self.file} was guessed ({self.unit}): "
-            f"type {self.typed} if that is right"
-        )
+# Nothing that stands in a scanner room is larger; 17 m are a gantry in a wrong unit.
+_LARGEST_OBSTACLE = 3.0
 
 
 def largest_extent(mesh: TriangleMesh) -> float:
@@ -112,6 +89,13 @@ def unit_mistake(mesh: TriangleMesh, reference_size_m: float) -> str | None:
         f"mesh {mesh.name}: {_dimensions(mesh)} m beside a scene of "
         f"{reference_size_m:g} m looks 1000 times too {guess}"
     )
+
+
+def large_obstacle(mesh: TriangleMesh) -> str | None:
+    """One line about a mesh, in metres, that is larger than what stands in a room."""
+    if largest_extent(mesh) <= _LARGEST_OBSTACLE:
+        return None
+    return f"{_dimensions(mesh)} m, more than 3 m across: is its unit right?"
 
 
 def _also_possible(mesh: TriangleMesh, others: list[str]) -> str | None:
