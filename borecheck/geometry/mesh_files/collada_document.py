@@ -131,16 +131,18 @@ class Document:
     def metres_in(self, asset: Element) -> float:
         """Metres per unit that an <asset> states, 1 when it does not."""
         unit = self.only(asset, "unit")
+        if unit is None:
+            return 1.0
+        name = unit.get("name", "meter").lower()
+        if unit.get("meter") is None and name not in ("meter", "metre", "m"):
+            raise self.error('names a unit without its meter="..."', unit)
         try:
-            metres = 1.0 if unit is None else float(unit.get("meter", "1"))
+            metres = float(unit.get("meter", "1"))
         except ValueError:
             metres = np.nan
         if not (np.isfinite(metres) and metres > 0.0):
             problem = "states a unit that is no positive number of metres"
             raise MeshError(self.file, problem)
-        name = "meter" if unit is None else unit.get("name", "meter").lower()
-        if name not in ("meter", "metre", "m") and unit.get("meter") is None:
-            raise self.error('names a unit without its meter="..."', unit)
         return metres
 
     @cached_property

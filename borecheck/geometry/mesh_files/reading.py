@@ -19,6 +19,7 @@ from borecheck.core.units import LENGTH_UNITS
 from borecheck.errors import MeshError, UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.diagnosis import diagnose
+from borecheck.geometry.mesh_files.frames import AS_IT_STANDS
 from borecheck.geometry.mesh_files.obj import parse_obj
 from borecheck.geometry.mesh_files.ply import parse_ply
 from borecheck.geometry.mesh_files.polygons import RawMesh
@@ -62,6 +63,18 @@ class MeshFile:
     frame: str | None
     frame_is_implied: bool
     warnings: tuple[str, ...]
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What to say where the numbers are taken as they stand: a robot's mesh.
+
+        ROS does not turn the meshes of a URDF, whatever up axis or frame they state:
+        their placement there is written for the numbers.
+        """
+        if self.frame is None or self.frame == AS_IT_STANDS or self.frame_is_implied:
+            return self.warnings
+        said = f"states {self.frame.upper()}, which is not applied, as in ROS"
+        return (*self.warnings, said)
 
 
 def read_mesh(path: Path, scale: float = 1.0, name: str | None = None) -> TriangleMesh:
