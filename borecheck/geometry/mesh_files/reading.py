@@ -71,9 +71,10 @@ class MeshFile:
         ROS does not turn the meshes of a URDF, whatever up axis or frame they state:
         their placement there is written for the numbers.
         """
-        if self.frame is None or self.frame == AS_IT_STANDS or self.frame_is_implied:
+        if self.frame is None or self.frame == AS_IT_STANDS:
             return self.warnings
-        said = f"states {self.frame.upper()}, which is not applied, as in ROS"
+        verb = "implies" if self.frame_is_implied else "states"
+        said = f"{verb} {self.frame.upper()}, which is not applied, as in ROS"
         return (*self.warnings, said)
 
 
