@@ -126,9 +126,10 @@ def _out_of_reach(robot: Robot, scene: Scene) -> tuple[str, ...]:
     ]
     if not rooms or min(rooms) == 0.0:
         return ()
+    out = math.floor(1e3 * min(rooms))
     return (
         f"{robot.name} reaches none of the obstacles, whatever its joints do: they are "
-        f"at least {math.floor(1e3 * min(rooms))} mm out of reach; are places and units right?",
+        f"at least {out} mm out of reach; are places and units right?",
     )
 
 
