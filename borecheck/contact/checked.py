@@ -9,17 +9,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
-
 from borecheck.contact.margin import Margin
 from borecheck.core.se3 import matrix_rpy
 from borecheck.plans.corridor import SLACK
 from borecheck.robots.reach import reach
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Obstacle, Scene
-
-# A patient lies in the scanner: that far from the isocentre no part of one is, [m].
-PATIENT_NEAR = 1.0
 
 
 @dataclass(frozen=True)
@@ -95,7 +90,7 @@ def checked(
         margin_m=margin.size,
         margin_kind=margin.kind,
         corridor_m=corridor,
-        warnings=(*_out_of_reach(robot, scene), *_patients_away(scene)),
+        warnings=_out_of_reach(robot, scene),
     )
 
 
@@ -131,20 +126,6 @@ def _out_of_reach(robot: Robot, scene: Scene) -> tuple[str, ...]:
         f"{robot.name} reaches none of the obstacles, whatever its joints do: they are "
         f"at least {out} mm out of reach; are places and units right?",
     )
-
-
-def _patients_away(scene: Scene) -> tuple[str, ...]:
-    """A line for every patient that does not lie in the scanner."""
-    lines = []
-    for obstacle in scene.obstacles:
-        low, high = obstacle.mesh.bounds
-        away = float(np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0)))
-        if obstacle.role == "patient" and away > PATIENT_NEAR:
-            lines.append(
-                f"patient {obstacle.name} lies {away:.2f} m from the isocentre: "
-                "are its place and its unit right?"
-            )
-    return tuple(lines)
 
 
 def _three(values: Any) -> tuple[float, float, float]:

@@ -7,6 +7,8 @@ wish, first with a glance and, when nothing newer is wanted, with the full check
 import contextlib
 import io
 import logging
+import re
+import signal
 import socket
 import tempfile
 import threading
@@ -19,12 +21,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.errors import BorecheckError, UsageError
+from borecheck.core.text import printable
+from borecheck.errors import UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.plan_motion import PlanMotion
 from borecheck.report.display import MOST_TRIANGLES
 from borecheck.report.thinning import thinned
+from borecheck.view.folder import MESH_SUFFIXES, Folder
+from borecheck.view.guard import Guard, check_guarded, guarded
 from borecheck.view.session import Session, Shown
 
 Array = NDArray[np.float64]
@@ -65,21 +70,29 @@ class LiveView:
     Args:
         session: Robot, scene, plan and margin to begin with.
         port: Port on this machine.
+        folder: Files are read and written below it only; the current one by default.
 
     Raises:
         UsageError: viser is not installed, or the port is taken.
+        BorecheckError: This viser cannot be kept from strangers.
     """
 
-    def __init__(self, session: Session, port: int) -> None:
+    def __init__(self, session: Session, port: int, folder: Path | None = None) -> None:
         viser = _viser()
         check_port(port)
         logging.getLogger("websockets").setLevel(logging.CRITICAL)
         self.session = session
-        with contextlib.redirect_stdout(io.StringIO()):  # viser's banner
+        self.folder = Folder(folder or Path.cwd())
+        self._uploads = tempfile.TemporaryDirectory(prefix="borecheck-view-")
+        self._guard = Guard()
+        # viser's banner would tell an address without the token
+        with contextlib.redirect_stdout(io.StringIO()), guarded(self._guard):
             self.server: Any = viser.ViserServer(host=HOST, port=port, verbose=False)
+        self.port = int(self.server.get_port())
+        self._guard.port = self.port
+        self._check_guard()
         # the button of viser's page that would publish the view through a tunnel
         self.server.request_share_url = lambda *_, **__: None
-        self.port = int(self.server.get_port())
         self.q: Array = session.robot.home.copy()
         self.shown: Shown | None = None
         self.answers = 0
@@ -100,6 +113,18 @@ class LiveView:
         self._worker.start()
         self.ask()
 
+    @property
+    def address(self) -> str:
+        """What to type in the browser; who has it may use the view."""
+        return self._guard.address(HOST)
+
+    def _check_guard(self) -> None:
+        try:
+            check_guarded(self._guard, HOST)
+        except BaseException:
+            self.server.stop()
+            raise
+
     def ask(self) -> None:
         """Wants the newest configuration to be shown and judged."""
         self._wish.set()
@@ -111,6 +136,7 @@ class LiveView:
         self._worker.join(timeout=5.0)
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
+        self._uploads.cleanup()
 
     def _answer_wishes(self) -> None:
         while True:
@@ -134,14 +160,14 @@ class LiveView:
 
     @contextlib.contextmanager
     def _told(self, moves: bool = False) -> Iterator[None]:
-        """Errors of the project become a line in the panel.
+        """Errors become a line in the panel, and the view goes on.
 
         Args:
             moves: The robot was to move: where it cannot, no verdict may stay.
         """
         try:
             yield
-        except BorecheckError as error:
+        except Exception as error:  # noqa: BLE001 - of whatever the browser sent
             self._note.content = f"**Not done:** {_plain(str(error))}"
             if moves:
                 self._astray = True
@@ -257,7 +283,8 @@ class LiveView:
         with gui.add_folder("Keep", expand_by_default=False):
             page = gui.add_text("Report", "report.html")
             report = gui.add_button("Write the report")
-            report.on_click(lambda _: self._write_report(Path(page.value)))
+            report.on_click(lambda _: self._write_report(page.value))
+            self._overwrite = gui.add_checkbox("Overwrite", False)
 
     def _near(self) -> float:
         """Side of the y axis across from the robot's base: 1 or -1."""
@@ -306,7 +333,7 @@ class LiveView:
             self._along.on_update(lambda _: self._follow())
             name = gui.add_text("Plan's file", "plan.csv")
             save = gui.add_button("Save the plan")
-            save.on_click(lambda _: self._save_plan(Path(name.value)))
+            save.on_click(lambda _: self._save_plan(name.value))
 
     def _handles(self) -> None:
         if not self.session.follows_plans:
@@ -379,14 +406,17 @@ class LiveView:
 
     def _load_patient(self, file: str) -> None:
         if file.strip():
-            self._change(lambda s: s.with_patient(file.strip()))
+            self._change(lambda s: s.with_patient(self.folder.readable(file.strip())))
 
     def _take(self, upload: Any) -> None:
-        """A mesh dropped on the view: kept in a folder of its own, then read."""
-        folder = Path(tempfile.mkdtemp(prefix="borecheck-view-"))
-        path = folder / Path(upload.name).name
-        path.write_bytes(upload.content)
-        self._change(lambda s: s.with_patient(str(path)))
+        """A mesh dropped on the view: kept in a folder of our own, then read."""
+        with self._told():
+            name = re.sub(r"[^\w.-]", "_", str(upload.name).rpartition("/")[2])
+            if Path(name).suffix.lower() not in MESH_SUFFIXES:
+                raise UsageError(f"{name}: drop a mesh: {', '.join(MESH_SUFFIXES)}")
+            path = Path(tempfile.mkdtemp(dir=self._uploads.name)) / name
+            path.write_bytes(upload.content)
+            self._change(lambda s: s.with_patient(str(path)))
 
     def _change(self, changed: Callable[[Session], Session]) -> None:
         """Replaces the session, if that succeeds, and furnishes the scene anew."""
@@ -405,22 +435,36 @@ class LiveView:
             )
         self.ask()
 
-    def _save_plan(self, path: Path) -> None:
+    def _save_plan(self, name: str) -> None:
         with self._told():
+            path = self._target(name, (".csv", ".json"))
             self.session.save_plan(path)
             self._note.content = f"Saved {_plain(str(path))}"
 
-    def _write_report(self, path: Path) -> None:
+    def _write_report(self, name: str) -> None:
         with self._told():
+            path = self._target(name, (".html",))
             self._note.content = "checking the whole motion …"
             verdict = self.session.write_report(path, self.q)
             self._note.content = f"Wrote {_plain(str(path))}: {verdict}"
 
+    def _target(self, name: str, suffixes: tuple[str, ...]) -> Path:
+        """Where to write; leave to overwrite is given for once."""
+        overwrite, self._overwrite.value = self._overwrite.value, False
+        return self.folder.writable(name.strip(), suffixes, overwrite=overwrite)
+
 
 def serve(session: Session, port: int, say: Callable[[str], None]) -> None:
-    """Runs the live view until it is interrupted."""
+    """Runs the live view until it is interrupted, or told to end.
+
+    A shell starts what runs in the background deaf to Ctrl-C; `kill -INT` is meant.
+    """
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.default_int_handler)
     view = LiveView(session, port)
-    say(f"borecheck: live view at http://{HOST}:{view.port} (Ctrl-C ends it)")
+    say(f"borecheck: live view at {view.address} (Ctrl-C ends it)")
+    say(f"borecheck: it reads and writes files in {view.folder.path} only")
     try:
         while True:
             time.sleep(3600.0)
@@ -465,6 +509,7 @@ def _bound(value: float, scale: float) -> float:
 
 def _plain(text: str) -> str:
     """Text that Markdown leaves as it is."""
+    text = printable(text)
     for character in "\\`*_{}[]()#+!|<>":
         text = text.replace(character, f"\\{character}")
     return text

@@ -100,14 +100,6 @@ def test_a_robot_that_reaches_nothing_is_told(folder):
     assert len(warnings_of(near, base=transform([9.0, 0.0, 0.0]))) == 1
 
 
-def test_a_patient_away_from_the_isocentre_is_told(folder):
-    robot = bc.load_robot(ROBOT)
-    for y, told in ((0.0, 0), (1.1, 0), (1.2, 1), (5.0, 1)):
-        file = f"{folder / 'a.stl'}:m@0,{y},0"
-        scene = bc.load_scene(f"{folder / 'b.stl'}:m", patients=[file])
-        assert len(checked(robot, scene, NO_MARGIN).warnings) == told, y
-
-
 def test_warnings_stand_in_text_and_document(capsys, folder):
     words = [f"{folder / 'a.stl'}:m@4,0,0", "--q", "0"]
     main(["check", ROBOT, *words])

@@ -1,4 +1,8 @@
+import os
+import signal
 import socket
+import subprocess
+import sys
 import time
 import urllib.request
 from pathlib import Path
@@ -148,7 +152,7 @@ def settled(view, answers):
 
 def test_it_serves_this_machine_only(view):
     assert view.server.get_host() == HOST
-    with urllib.request.urlopen(f"http://{HOST}:{view.port}", timeout=10) as page:
+    with urllib.request.urlopen(view.address, timeout=10) as page:
         assert page.status == 200
 
 
@@ -218,3 +222,22 @@ def test_a_failure_takes_the_verdict_off_and_the_view_goes_on(view, monkeypatch)
     view._joint_moved(0, slider, scale)(None)
     settled(view, answers)
     assert "UNKNOWN" not in view._state.content
+
+
+def test_kill_int_ends_it_even_in_the_background(tmp_path):
+    """A shell without job control starts what runs behind `&` deaf to Ctrl-C."""
+    words = f"'{sys.executable}' -m borecheck view zerobot --port 0"
+    process = subprocess.Popen(
+        ["sh", "-c", f"{words} & echo $!; wait"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=tmp_path,
+        text=True,
+    )
+    number = int(process.stdout.readline())
+    lines = iter(process.stderr.readline, "")
+    assert any("live view at http://127.0.0.1:" in line for line in lines)
+    os.kill(number, signal.SIGINT)
+    _, told = process.communicate(timeout=PATIENCE)
+    assert "interrupted" in told
+    assert "Traceback" not in told
