@@ -10,6 +10,7 @@ from borecheck.core.se3 import inverse
 from borecheck.geometry.mesh.enlarge import Enlarged
 from borecheck.geometry.surfaces import Surface, surface
 from borecheck.geometry.triangles.placing import place_mesh, placed_bounds
+from borecheck.geometry.triangles.solid import Containment as Held
 from borecheck.geometry.triangles.solid import contained
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
@@ -90,13 +91,25 @@ def _ask(
 ) -> list[Containment]:
     if boxes_apart(a, T_a, b, T_b):
         return []
-    placed_a = place_mesh(T_a, a.mesh)
-    placed_b = b.mesh if T_b is None else place_mesh(T_b, b.mesh)
-    answer = contained(placed_a, placed_b, a.topology, b.topology)
+    answer = holds_or_might(a, T_a, b, T_b)
     if answer.kind == "none":
         return []
     state = UNKNOWN if answer.kind == "unknown" else answer.kind
     return [Containment(name_a, name_b, role, state, answer.reason)]
+
+
+def holds_or_might(a: Surface, T_a: Array, b: Surface, T_b: Array | None) -> Held:
+    """Whether one of two placed surfaces that do not meet holds a part of the other.
+
+    Args:
+        a: One of them.
+        T_a: Its placement, (4, 4).
+        b: The other.
+        T_b: Its placement; None: where it is.
+    """
+    placed_a = place_mesh(T_a, a.mesh)
+    placed_b = b.mesh if T_b is None else place_mesh(T_b, b.mesh)
+    return contained(placed_a, placed_b, a.topology, b.topology)
 
 
 def boxes_apart(a: Surface, T_a: Array, b: Surface, T_b: Array | None) -> bool:

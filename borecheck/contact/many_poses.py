@@ -10,10 +10,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck.contact.containment import holds_or_might
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.surfaces import Surface, surface
 from borecheck.geometry.tree.many_links import MovingLinks
-from borecheck.geometry.triangles.solid import winding_number
+from borecheck.geometry.triangles.winding import crossings
 from borecheck.robots.kinematics.chain import FIXED, PRISMATIC, REVOLUTE, Chain
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
@@ -39,7 +40,8 @@ def first_contacts(
         qs: Configurations, (n, joints), [m] and [rad].
         narrowphase: exact, two-sided, paper:robot or paper:scanner.
         containment: Whether to ask also if a solid holds another; most of the time
-            goes there. An open surface that might hold something counts as contact.
+            goes there. A surface that is open, or whose parts cancel, and might hold
+            something counts as contact.
             False: surfaces only, for who knows that nothing starts inside.
         threads: How many poses are worked on at once.
 
@@ -113,14 +115,11 @@ class PoseBatch:
         found = np.zeros(len(T_scene_parts), dtype=bool)
         for i, part in enumerate(self._parts):
             T = T_scene_parts[:, i]
-            T_part_scene = _inverses(T)
             for other in self._others:
-                found |= _held(part, T, other)
-                found |= _held(other, T_part_scene, part)
+                found |= _held(part, T, other, None, found)
         for i, j in self._self_pairs:
-            T_j_i = _inverses(T_scene_parts[:, j]) @ T_scene_parts[:, i]
-            found |= _held(self._parts[i], T_j_i, self._parts[j])
-            found |= _held(self._parts[j], _inverses(T_j_i), self._parts[i])
+            T_i, T_j = T_scene_parts[:, i], T_scene_parts[:, j]
+            found |= _held(self._parts[i], T_i, self._parts[j], T_j, found)
         return found
 
 
@@ -180,19 +179,51 @@ def _inverses(T: Array) -> Array:
     return result
 
 
-def _held(inner: Surface, T_outer_inner: Array, outer: Surface) -> NDArray[np.bool_]:
-    """Whether a component of inner lies in outer (or might, if that is open), (n,).
+def _held(
+    a: Surface,
+    T_a: Array,
+    b: Surface,
+    T_b: Array | None,
+    settled: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Whether one of two surfaces holds a component of the other, or might, (n,).
 
-    One corner of each component decides, because the surfaces do not meet.
+    Poses that are settled are left out. Where crossings cancel, the pose is asked as a
+    single one is.
     """
-    found = np.zeros(len(T_outer_inner), dtype=bool)
+    T_b_a = T_a if T_b is None else _inverses(T_b) @ T_a
+    found, doubt = _inside(a, T_b_a, b, settled)
+    again, more = _inside(b, _inverses(T_b_a), a, settled | found)
+    found |= again
+    for k in np.flatnonzero((doubt | more) & ~found):
+        T = None if T_b is None else T_b[k]
+        found[k] = holds_or_might(a, T_a[k], b, T).kind != "none"
+    return found
+
+
+def _inside(
+    inner: Surface,
+    T_outer_inner: Array,
+    outer: Surface,
+    settled: NDArray[np.bool_],
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Where a component of inner lies in outer (or might, if that is open), (n,).
+
+    And where crossings of a ray cancel, so that it may or may not. One corner of each
+    component decides, because the surfaces do not meet.
+    """
+    found, doubt = np.zeros((2, len(T_outer_inner)), dtype=bool)
     low, high = outer.mesh.bounds
     rows = outer.mesh.corners.reshape(-1, 9)
     for corner in inner.representatives:
         points = T_outer_inner[:, :3, :3] @ corner + T_outer_inner[:, :3, 3]
         within = ((points >= low) & (points <= high)).all(axis=1)
-        for k in np.flatnonzero(within & ~found):
-            x, y, z = (float(value) for value in points[k])
-            is_open = not outer.topology.is_closed
-            found[k] = is_open or winding_number((x, y, z), rows) != 0
-    return found
+        for k in np.flatnonzero(within & ~found & ~settled):
+            if not outer.topology.is_closed:
+                found[k] = True
+                continue
+            x, y, z = points[k].tolist()
+            winding, crossed = crossings((x, y, z), rows)
+            found[k] = winding != 0
+            doubt[k] |= crossed > 0
+    return found, doubt

@@ -17,7 +17,7 @@ from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.tree.boxes import LARGEST_COORDINATE
 from borecheck.geometry.tree.mesh_tree import MeshTree
 from borecheck.geometry.triangles.placing import place_mesh
-from borecheck.geometry.triangles.solid import Topology, cached_topology
+from borecheck.geometry.triangles.topology import Topology, cached_topology
 
 Array = NDArray[np.float64]
 Pairs = NDArray[np.int64]

@@ -3,7 +3,8 @@
 A closed surface that nothing crosses keeps inside what is inside it, so one instant of
 a clear stretch answers for all of it, and one corner for every connected part. The
 corner's ray is followed through the tree, not past every triangle. An open surface has
-no inside; there only boxes that stay apart all the way answer.
+no inside; there only boxes that stay apart all the way answer. Where crossings of the
+ray cancel, `solid` is asked, which knows when they may.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -13,8 +14,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from borecheck.geometry.tree.build import CHILD_ROW, WIDTH
-from borecheck.geometry.triangles.placing import place_point
-from borecheck.geometry.triangles.solid import _ON_SURFACE, winding_number
+from borecheck.geometry.triangles.placing import place_mesh, place_point
+from borecheck.geometry.triangles.solid import Containment, contained
+from borecheck.geometry.triangles.winding import ON_SURFACE, crossings
 from borecheck.motion.bounds import WORLD, Chain, Route, displacement, gains
 from borecheck.motion.outcome import Timeline
 from borecheck.motion.swept_boxes import EXTENT
@@ -50,9 +52,11 @@ def examine_containment(
         placed = motion.place(chain, start * timeline.span)
         T_a = placed[a.frame]
         T_b = b.T_frame_mesh if b.frame == WORLD else placed[b.frame]
-        reason = _held(a, T_a, b, T_b) or _held(b, T_b, a, T_a)
-        if reason:
-            timeline.add_contained(pair.names, reason, start, end)
+        found = _held(a, T_a, b, T_b)
+        if found.kind == "unknown":
+            timeline.add_unknown(pair.names, found.reason)
+        elif found.kind != "none":
+            timeline.add_contained(pair.names, found.reason, start, end)
 
 
 def _clear_stretches(taken: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -67,39 +71,52 @@ def _clear_stretches(taken: list[tuple[float, float]]) -> list[tuple[float, floa
     return left
 
 
-def _held(inner: "Body", T_inner: Array, outer: "Body", T_outer: Array) -> str:
-    """Why outer holds a part of inner, or nothing."""
-    tree = outer.tree
-    found = _inside(
-        inner.one_corner_each, T_inner, T_outer, outer.mesh.bounds,
-        tree.nodes, tree.frames[0], tree.depth, tree.corners,
-    )  # fmt: skip
-    if found == _ON_SURFACE:
-        return f"{inner.name} touches {outer.name}"
-    return f"{inner.name} is inside {outer.name}" if found != 0 else ""
+def _held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Containment:
+    """Whether one of two bodies, surfaces apart, holds a part of the other."""
+    doubt = False
+    for kind, inner, T_inner, outer, T_outer in (
+        ("a_in_b", a, T_a, b, T_b),
+        ("b_in_a", b, T_b, a, T_a),
+    ):
+        tree = outer.tree
+        winding, crossed = _inside(
+            inner.one_corner_each, T_inner, T_outer, outer.mesh.bounds,
+            tree.nodes, tree.frames[0], tree.depth, tree.corners,
+        )  # fmt: skip
+        if winding == ON_SURFACE:
+            return Containment(kind, f"{inner.name} touches {outer.name}")
+        if winding != 0:
+            return Containment(kind, f"{inner.name} is inside {outer.name}")
+        doubt = doubt or crossed
+    if not doubt:
+        return Containment("none", "no ray crosses anything")
+    placed = place_mesh(T_a, a.mesh), place_mesh(T_b, b.mesh)
+    return contained(*placed, a.topology, b.topology)
 
 
 @njit(**_KERNEL)
 def _inside(points, T_inner, T_outer, bounds, nodes, frame, depth, corners):  # type: ignore[no-untyped-def]
     """Winding number of the first of the points that is not outside, or 0.
 
-    Points are given in the frame of the inner mesh; both placements are rigid up to
-    what `check_transform` lets pass, so the way back is a true inverse.
+    And whether a ray of those with 0 crosses anything. Points are given in the frame of
+    the inner mesh; both placements are rigid up to what `check_transform` lets pass, so
+    the way back is a true inverse.
     """
-    at = np.zeros(3)
+    at, doubt = np.zeros(3), False
     for k in range(len(points)):
         x, y, z = place_point(T_inner, points[k, 0], points[k, 1], points[k, 2])
         at[0], at[1], at[2] = _taken_back(T_outer, x, y, z)
         if (at < bounds[0]).any() or (at > bounds[1]).any():
             continue
         leaves = along_ray(nodes, frame, depth, at)
-        crossed = np.zeros((len(leaves), 9))
+        met = np.zeros((len(leaves), 9))
         for i in range(len(leaves)):
-            crossed[i] = corners[leaves[i]]
-        winding = winding_number((at[0], at[1], at[2]), crossed)
+            met[i] = corners[leaves[i]]
+        winding, count = crossings((at[0], at[1], at[2]), met)
         if winding != 0:
-            return winding
-    return 0
+            return winding, True
+        doubt |= count > 0
+    return 0, doubt
 
 
 @njit(**_KERNEL)

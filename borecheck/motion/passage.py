@@ -146,7 +146,8 @@ class Approach:
             return True
         if not self.patient.topology.is_closed:
             return False
-        return side_of(point, self.patient.mesh) is Side.OUTSIDE
+        side = side_of(point, self.patient.mesh, self.patient.topology)
+        return side is Side.OUTSIDE
 
 
 def cut_off(corners: Array, depth: Array, limit: float) -> Array:

@@ -10,7 +10,7 @@ from borecheck.core.se3 import check_transform
 from borecheck.errors import GeometryError, UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.tree.mesh_tree import MeshTree
-from borecheck.geometry.triangles.solid import Topology, topology
+from borecheck.geometry.triangles.topology import Topology, topology
 from borecheck.motion import halving as path_kernels
 from borecheck.motion.bounds import WORLD, Chain, Route, mesh_radius, route
 from borecheck.motion.swept_boxes import LARGEST_PLACE

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.geometry.triangles.solid import Side, Topology, side_of
+from borecheck.geometry.triangles.solid import Side, side_of, undecided
+from borecheck.geometry.triangles.topology import Topology
 
 Array = NDArray[np.float64]
 
@@ -117,9 +118,13 @@ class Corridor:
         low, high = patient.bounds
         near = ((aside >= low) & (aside <= high)).all(axis=1)
         if topology.is_closed:
-            sides = [side_of(point, patient) for point in aside[near]]
+            sides = [side_of(point, patient, topology) for point in aside[near]]
             inside = aside[near][[side is Side.INSIDE for side in sides]]
-            return self._told(inside, needle, patient) if len(inside) else None
+            if len(inside):
+                return self._told(inside, needle, patient)
+            if Side.UNDECIDED in sides:
+                return Stray(undecided(needle.name, patient.name), certain=False)
+            return None
         behind = (aside - self.entry) @ (self.target - self.entry) < 0.0
         # what is behind the entry crosses nothing, so one point outside will do for it
         all_near = bool(behind.any() and near[behind].all())

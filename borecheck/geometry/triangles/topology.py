@@ -1,0 +1,169 @@
+"""What of a surface no motion changes: closedness, components, embedded or not."""
+
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from borecheck.core import cache
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.triangles.embedding import are_apart, is_embedded
+
+# Below this, finding the topology is quicker than finding the file.
+CACHED_TRIANGLES = 20_000
+CACHE_KIND = "topology-2"
+
+# A cavity's surface nearer than this to the one around it is taken as the other side of
+# a surface drawn twice: more than the rounding of any file, less than any wall, [m].
+THINNEST_WALL = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """What containment needs to know of a mesh, wherever it is placed.
+
+    Found once per mesh; `place_mesh` keeps it valid.
+
+    Attributes:
+        mesh: The mesh it was found of.
+        is_closed: Whether the mesh bounds a solid: every edge is run through as often
+            one way as the other, so that winding numbers are whole, and by triangles
+            that do not all coincide (else it is the rim of an open sheet that is drawn
+            on both sides). Unlike `TriangleMesh.is_closed` this lets closed parts
+            share edges.
+        component: Number of the connected component of each triangle, (m,) int64.
+    """
+
+    mesh: TriangleMesh
+    is_closed: bool
+    component: NDArray[np.int64]
+    _known: dict[tuple[int, ...], bool] = field(default_factory=dict, repr=False)
+
+    def corners_of(self, part: int) -> NDArray[np.float64]:
+        """Triangles of one component, (k, 3, 3), in the mesh's own frame."""
+        return self.mesh.corners[self.component == part]
+
+    def is_embedded(self, part: int) -> bool:
+        """Whether a component is a surface that nowhere meets or doubles itself.
+
+        It winds round a point once (either way) or not at all. Found on first use.
+        """
+        if (part,) not in self._known:
+            mine = self.component == part
+            places = _places(self.mesh.vertices)[self.mesh.triangles[mine]]
+            self._known[part,] = is_embedded(self.mesh.corners[mine], places)
+        return self._known[part,]
+
+    def are_nested(self, parts: tuple[int, ...]) -> bool:
+        """Whether components with a point inside each surely lie one in another.
+
+        They are apart by more than THINNEST_WALL. Found on first use.
+        """
+        for a, b in combinations(parts, 2):
+            if (a, b) not in self._known:
+                first, second = self.corners_of(a), self.corners_of(b)
+                self._known[a, b] = are_apart(first, second, THINNEST_WALL)
+            if not self._known[a, b]:
+                return False
+        return True
+
+
+def topology(mesh: TriangleMesh) -> Topology:
+    """Closedness and connected components of a mesh.
+
+    Corners at equal coordinates count as one, so a triangle soup is judged by shape.
+    """
+    same = _places(mesh.vertices)
+    t = same[mesh.triangles]
+    n = int(same.max()) + 1
+    return Topology(mesh, _edges_cancel(t, n), _components(t, n))
+
+
+def cached_topology(mesh: TriangleMesh) -> Topology:
+    """As `topology`; that of a large mesh is kept on disk under the mesh's hash."""
+    if len(mesh.triangles) < CACHED_TRIANGLES:
+        return topology(mesh)
+    stored = cache.load(CACHE_KIND, mesh.sha256)
+    if stored is not None:
+        try:
+            component = stored["component"].astype(np.int64)
+            is_closed = bool(stored["is_closed"])
+        except (KeyError, TypeError, ValueError) as error:
+            cache.warn_damaged(CACHE_KIND, mesh.sha256, repr(error))
+        else:
+            if component.shape == (len(mesh.triangles),) and component.min() >= 0:
+                return Topology(mesh, is_closed, component)
+            cache.warn_damaged(CACHE_KIND, mesh.sha256, "not a topology of this mesh")
+    found = topology(mesh)
+    arrays: cache.Arrays = {
+        "component": found.component.astype(np.int32),
+        "is_closed": np.array(found.is_closed),
+    }
+    cache.store(CACHE_KIND, mesh.sha256, arrays)
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _components(triangles: NDArray[np.int64], n: int) -> NDArray[np.int64]:
+    """Number of the connected component of each triangle, in order of appearance."""
+    root = np.arange(n)
+    for k in range(len(triangles)):
+        for corner in range(1, 3):
+            a, b = triangles[k, 0], triangles[k, corner]
+            while root[a] != a:
+                root[a] = root[root[a]]
+                a = root[a]
+            while root[b] != b:
+                root[b] = root[root[b]]
+                b = root[b]
+            root[max(a, b)] = min(a, b)
+    number = np.full(n, -1)
+    component = np.zeros(len(triangles), dtype=np.int64)
+    count = 0
+    for k in range(len(triangles)):
+        a = triangles[k, 0]
+        while root[a] != a:
+            a = root[a]
+        if number[a] < 0:
+            number[a] = count
+            count += 1
+        component[k] = number[a]
+    return component
+
+
+def _edges_cancel(triangles: NDArray[np.int64], n: int) -> bool:
+    """Whether every edge occurs as often in one direction as in the other, no rim.
+
+    At a rim all triangles coincide: an open sheet drawn on both sides ends there.
+    """
+    t = _proper(triangles)
+    edges = t[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    there, back = edges[:, 0] * n + edges[:, 1], edges[:, 1] * n + edges[:, 0]
+    if not np.array_equal(np.sort(there), np.sort(back)):
+        return False
+    drawn = np.sort(t, axis=1)
+    drawn = drawn[np.lexsort(drawn.T)]
+    again = (drawn[1:] == drawn[:-1]).all(axis=1)
+    if not again.any():
+        return True
+    distinct = drawn[np.append(True, ~again)]
+    low_first = distinct[:, [0, 1, 1, 2, 0, 2]].reshape(-1, 2)
+    key = low_first[:, 0] * n + low_first[:, 1]
+    return bool((np.unique(key, return_counts=True)[1] > 1).all())
+
+
+def _proper(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Triangles with three distinct corners; of others the edges cancel anyway."""
+    a, b, c = triangles.T
+    return triangles[(a != b) & (b != c) & (c != a)]
+
+
+def _places(vertices: NDArray[np.float64]) -> NDArray[np.int64]:
+    """A number for each vertex, equal where the coordinates are equal, (n,)."""
+    order = np.lexsort(vertices.T)
+    steps = (np.diff(vertices[order], axis=0) != 0.0).any(axis=1)
+    places = np.zeros(len(vertices), dtype=np.int64)
+    places[order[1:]] = np.cumsum(steps)
+    return places
