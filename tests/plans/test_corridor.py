@@ -6,7 +6,7 @@ import pytest
 from borecheck.geometry.mesh.primitives import box, cylinder, sphere
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.exact import exact
-from borecheck.geometry.triangles.solid import topology
+from borecheck.geometry.triangles.topology import topology
 from borecheck.plans.corridor import SLACK, Corridor, common_points
 
 RADIUS = 0.00055

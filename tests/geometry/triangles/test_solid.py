@@ -8,7 +8,8 @@ from borecheck.core.se3 import transform
 from borecheck.errors import GeometryError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.placing import place_mesh
-from borecheck.geometry.triangles.solid import Side, contained, is_inside, topology
+from borecheck.geometry.triangles.solid import Side, contained, is_inside
+from borecheck.geometry.triangles.topology import topology
 
 
 def mesh_of(shape, name="mesh"):
@@ -29,6 +30,15 @@ def joined(*meshes, name="joined"):
 
 def flipped(mesh):
     return TriangleMesh(mesh.name, mesh.vertices, mesh.triangles[:, ::-1])
+
+
+def twice(mesh, other_diagonals=False):
+    """The mesh drawn on both sides; a box's faces may be cut along other diagonals."""
+    back = flipped(mesh)
+    if other_diagonals:
+        back = flipped(TriangleMesh("b", -mesh.vertices, mesh.triangles))
+        back = TriangleMesh("b", back.vertices, back.triangles[:, ::-1])
+    return joined(mesh, back, name="drawn twice")
 
 
 def soup(mesh):
@@ -187,3 +197,152 @@ def test_refuses_open_meshes_and_points_that_are_none(gantry):
         is_inside((0.0, 0.0, 0.0), TriangleMesh("x", box(1).vertices, [[0, 1, 2]]))
     with pytest.raises(GeometryError, match="no point"):
         is_inside((0.0, np.nan, 0.0), gantry)
+
+
+@pytest.mark.parametrize("other_diagonals", [False, True])
+def test_matter_drawn_on_both_sides_is_not_outside(other_diagonals):
+    block = twice(box(3.0), other_diagonals)
+    for shape in (block, soup(block), topsy_turvy(block)):
+        assert topology(shape).is_closed
+        assert is_inside((0.1, 0.2, 0.3), shape) is Side.UNDECIDED
+        answer = contained(box(0.1, (0.1, 0.2, 0.3), "arm"), shape)
+        assert answer.kind == contained(shape, box(0.1)).kind == "unknown"
+        assert "arm may be inside drawn twice" in answer.reason
+    assert contained(block, box(9.0)).kind == "a_in_b"  # of the other it is known
+
+
+def test_what_is_beside_matter_drawn_twice_is_outside(gantry):
+    ring = twice(gantry)
+    assert is_inside((0.6, 0.0, 0.0), ring) is Side.UNDECIDED
+    assert is_inside((0.0, 0.0, 0.0), ring) is Side.OUTSIDE
+    assert is_inside((0.85, 0.85, 0.0), ring) is Side.OUTSIDE
+
+
+def test_an_arm_that_reaches_out_of_a_nook_is_free():
+    """A block with a bent tunnel: from its end no ray along an axis leads out."""
+    full = np.ones((5, 5, 5), dtype=bool)
+    full[2, 2, 2] = full[3, 2, 2:] = False
+    block = of_cubes(full)
+    end = (2.5, 2.5, 2.5)
+    short = box(0.2, end)
+    arm = of_cubes(~full)
+    arm = TriangleMesh("arm", 0.5 * arm.vertices + [1.675, 1.25, 1.25], arm.triangles)
+    assert is_inside(end, block) is Side.OUTSIDE  # embedded: the winding number tells
+    assert contained(short, block).kind == contained(arm, block).kind == "none"
+    assert is_inside(end, twice(block)) is Side.UNDECIDED
+    assert contained(short, twice(block)).kind == "unknown"
+    assert contained(arm, twice(block)).kind == "none"
+
+
+def of_cubes(full):
+    """The surface of unit cubes, (k, k, k) bool, wound outward."""
+    cube = trimesh.creation.box((1.0, 1.0, 1.0))
+    faces, padded = [], np.pad(full, 1)
+    for cell in np.argwhere(full):
+        for corners, normal in zip(cube.triangles, cube.face_normals, strict=True):
+            if not padded[tuple(cell + 1 + np.round(normal).astype(int))]:
+                faces.append(corners + cell + 0.5)
+    vertices = np.concatenate(faces)
+    return TriangleMesh("cubes", vertices, np.arange(len(vertices)).reshape(-1, 3))
+
+
+def test_overlapping_blocks_of_which_one_is_inverted():
+    blocks = joined(box(2.0), flipped(box(2.0, (0.5, 0.4, 0.3))))
+    assert is_inside((0.2, 0.1, 0.3), blocks) is Side.UNDECIDED
+    assert is_inside((-0.9, 0.0, 0.0), blocks) is Side.INSIDE
+    assert is_inside((1.4, 0.5, 0.5), blocks) is Side.INSIDE
+    assert is_inside((-0.9, 1.3, 0.0), blocks) is Side.OUTSIDE
+
+
+@pytest.mark.parametrize(
+    ("edge", "centre", "side"),
+    [
+        (1.0, (0.0, 0.0, 0.0), Side.OUTSIDE),  # a cavity
+        (1.0, (0.4999, 0.0, 0.0), Side.OUTSIDE),  # with a wall of 0.1 mm
+        (1.0, (0.5, 0.0, 0.0), Side.UNDECIDED),  # its face lies in the outer one
+        (2.0 - 4e-6, (0.0, 0.0, 0.0), Side.UNDECIDED),  # no wall is so thin
+        (2.0 - 4e-4, (0.0, 0.0, 0.0), Side.OUTSIDE),
+    ],
+)
+def test_a_cavity_needs_a_wall(edge, centre, side):
+    hollow = joined(box(2.0), flipped(box(edge, centre)))
+    assert is_inside((0.3, 0.2, 0.1), hollow) is side
+    assert is_inside((0.3, 0.2, 0.1), flipped(hollow)) is side
+    assert is_inside((0.3, 0.2, 0.1), topsy_back(hollow)) in (side, Side.INSIDE)
+
+
+def topsy_back(mesh):
+    """Both shells wound outward: one block in another, no cavity."""
+    half = len(mesh.triangles) // 2
+    triangles = np.concatenate([mesh.triangles[:half], mesh.triangles[half:, ::-1]])
+    return TriangleMesh(mesh.name, mesh.vertices, triangles)
+
+
+def test_room_of_overlapping_walls_is_free_within():
+    """No ray leaves it, but no wall is round the point."""
+    walls = [box((2.2, 2.2, 0.2), (0.0, 0.0, z)) for z in (-1.0, 1.0)]
+    walls += [box((2.2, 0.2, 2.1), (0.0, y, 0.0)) for y in (-1.0, 1.0)]
+    walls += [box((0.2, 2.15, 2.12), (x, 0.0, 0.0)) for x in (-1.0, 1.0)]
+    assert is_inside((0.1, 0.2, 0.3), joined(*walls)) is Side.OUTSIDE
+    inverted = joined(*walls[:5], flipped(walls[5]))
+    assert is_inside((0.1, 0.2, 0.3), inverted) is Side.OUTSIDE
+    assert is_inside((1.0, 0.2, 0.3), inverted) is Side.INSIDE
+
+
+def test_a_surface_that_crosses_itself_hides_matter():
+    """Two pyramids, base to base, over a line that runs round, back and out again."""
+    base = [(2, -2), (2, 2), (-2, 2), (-2, -2), (1.5, -1.5), (-1, -1), (-1, 1)]
+    base += [(1, 1), (1, -1.2), (-1.6, -1.8), (1.8, -1.9)]
+    flat = np.column_stack([np.array(base), np.zeros(len(base))])
+    vertices = np.vstack([flat, [[0.0, 0.0, 3.0], [0.0, 0.0, -3.0]]])
+    n = len(base)
+    sides = [(i, (i + 1) % n, n) for i in range(n)]
+    sides += [((i + 1) % n, i, n + 1) for i in range(n)]
+    shape = TriangleMesh("folded", vertices, np.array(sides))
+    assert topology(shape).is_closed
+    winding = solid_angle(np.array([0.1, 0.2, 0.1]), shape.corners) / (4.0 * np.pi)
+    assert abs(winding) < 1e-9
+    assert not topology(shape).is_embedded(0)
+    assert is_inside((0.1, 0.2, 0.1), shape) is Side.UNDECIDED
+
+
+def test_the_rim_of_a_sheet_drawn_on_both_sides_is_open():
+    bin_ = box(1.0)
+    lid = bin_.corners[:, :, 2].min(axis=1) > 0.4
+    opened = twice(TriangleMesh("bin", bin_.vertices, bin_.triangles[~lid]))
+    assert not topology(opened).is_closed
+    assert contained(box(0.1), opened).kind == "unknown"
+    # boxes face to face have a face in common, but no rim
+    assert topology(joined(box(1.0), box(1.0, (1.0, 0.0, 0.0)))).is_closed
+
+
+def test_random_blocks_turned_inside_out_hide_nothing(rng):
+    """A point in no block is outside; one in a block is so in a cavity alone."""
+    seen = []
+    for _ in range(60):
+        sizes = rng.uniform(0.3, 1.6, size=(4, 3))
+        centres = rng.uniform(-0.6, 0.6, size=(4, 3))
+        sizes[0], centres[0] = 2.3, 0.0
+        out = rng.random(4) < 0.5
+        blocks = [box(*pair) for pair in zip(sizes, centres, strict=True)]
+        shape = joined(
+            *(b if o else flipped(b) for b, o in zip(blocks, out, strict=True))
+        )
+        for p in rng.uniform(-1.2, 1.2, size=(12, 3)):
+            holds = np.flatnonzero((np.abs(p - centres) < sizes / 2).all(axis=1))
+            side = is_inside(p, shape)
+            seen.append((len(holds), side))
+            if len(holds) == 0 or nested(sizes[holds], centres[holds], out[holds]):
+                assert side is Side.OUTSIDE
+            else:
+                assert side in (Side.INSIDE, Side.UNDECIDED)
+    assert {(0, Side.OUTSIDE), (2, Side.UNDECIDED), (2, Side.INSIDE)} <= set(seen)
+    assert (2, Side.OUTSIDE) in seen  # a cavity
+
+
+def nested(sizes, centres, out):
+    """Whether blocks lie one in another and are wound against each other."""
+    order = np.argsort(sizes[:, 0])[::-1]
+    low, high = (centres - sizes / 2)[order], (centres + sizes / 2)[order]
+    inside = (low[:-1] < low[1:]).all() and (high[1:] < high[:-1]).all()
+    return bool(inside and np.where(out, 1, -1).sum() == 0)
