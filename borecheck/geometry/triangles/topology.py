@@ -15,6 +15,9 @@ from borecheck.geometry.triangles.embedding import are_apart, is_embedded
 CACHED_TRIANGLES = 20_000
 CACHE_KIND = "topology-2"
 
+# A sheet no thicker than this share of its size has no inside.
+FLAT = 1e-9
+
 # A cavity's surface nearer than this to the one around it is taken as the other side of
 # a surface drawn twice: more than the rounding of any file, less than any wall, [m].
 THINNEST_WALL = 1e-5
@@ -29,10 +32,9 @@ class Topology:
     Attributes:
         mesh: The mesh it was found of.
         is_closed: Whether the mesh bounds a solid: every edge is run through as often
-            one way as the other, so that winding numbers are whole, and by triangles
-            that do not all coincide (else it is the rim of an open sheet that is drawn
-            on both sides). Unlike `TriangleMesh.is_closed` this lets closed parts
-            share edges.
+            one way as the other, so that winding numbers are whole, and no sheet that
+            is drawn on both sides ends in a rim, unless it is flat. Unlike
+            `TriangleMesh.is_closed` this lets closed parts share edges.
         component: Number of the connected component of each triangle, (m,) int64.
     """
 
@@ -78,7 +80,12 @@ def topology(mesh: TriangleMesh) -> Topology:
     same = _places(mesh.vertices)
     t = same[mesh.triangles]
     n = int(same.max()) + 1
-    return Topology(mesh, _edges_cancel(t, n), _components(t, n))
+    component = _components(t, n)
+    is_closed = _edges_cancel(t, n) and all(
+        _is_flat(mesh.corners[component == part].reshape(-1, 3))
+        for part in np.unique(component[_at_rims(t, n)])
+    )
+    return Topology(mesh, is_closed, component)
 
 
 def cached_topology(mesh: TriangleMesh) -> Topology:
@@ -134,30 +141,34 @@ def _components(triangles: NDArray[np.int64], n: int) -> NDArray[np.int64]:
 
 
 def _edges_cancel(triangles: NDArray[np.int64], n: int) -> bool:
-    """Whether every edge occurs as often in one direction as in the other, no rim.
-
-    At a rim all triangles coincide: an open sheet drawn on both sides ends there.
-    """
-    t = _proper(triangles)
-    edges = t[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    """Whether every edge occurs as often in one direction as in the other."""
+    edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     there, back = edges[:, 0] * n + edges[:, 1], edges[:, 1] * n + edges[:, 0]
-    if not np.array_equal(np.sort(there), np.sort(back)):
-        return False
-    drawn = np.sort(t, axis=1)
-    drawn = drawn[np.lexsort(drawn.T)]
-    again = (drawn[1:] == drawn[:-1]).all(axis=1)
+    return bool(np.array_equal(np.sort(there), np.sort(back)))
+
+
+def _at_rims(triangles: NDArray[np.int64], n: int) -> NDArray[np.int64]:
+    """Triangles with an edge at which all triangles coincide, as indices.
+
+    A sheet that is drawn on both sides ends there.
+    """
+    drawn = np.sort(triangles, axis=1)
+    order = np.lexsort(drawn.T)
+    again = (np.diff(drawn[order], axis=0) == 0).all(axis=1)
     if not again.any():
-        return True
-    distinct = drawn[np.append(True, ~again)]
-    low_first = distinct[:, [0, 1, 1, 2, 0, 2]].reshape(-1, 2)
-    key = low_first[:, 0] * n + low_first[:, 1]
-    return bool((np.unique(key, return_counts=True)[1] > 1).all())
+        return np.zeros(0, dtype=np.int64)
+    distinct = order[np.append(True, ~again)]
+    edges = drawn[distinct][:, [0, 1, 1, 2, 0, 2]].reshape(-1, 2)
+    key = edges[:, 0] * n + edges[:, 1]
+    _, where, count = np.unique(key, return_inverse=True, return_counts=True)
+    at_rim = (count[where] == 1) & (edges[:, 0] != edges[:, 1])
+    return distinct[at_rim.reshape(-1, 3).any(axis=1)]
 
 
-def _proper(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Triangles with three distinct corners; of others the edges cancel anyway."""
-    a, b, c = triangles.T
-    return triangles[(a != b) & (b != c) & (c != a)]
+def _is_flat(points: NDArray[np.float64]) -> bool:
+    """Whether points (k, 3) lie in one plane up to rounding: they hold nothing."""
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(spread[2] <= FLAT * spread[0])
 
 
 def _places(vertices: NDArray[np.float64]) -> NDArray[np.int64]:
