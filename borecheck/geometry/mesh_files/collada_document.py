@@ -67,11 +67,16 @@ class Document:
 
     def name(self, element: Element) -> str:
         """Tag of an element without its namespace; with it if that is a foreign one."""
+        tag = str(element.tag)
+        if tag.startswith(self._prefix):
+            return tag[len(self._prefix) :]
         found = etree.QName(element)
-        is_own = found.namespace == etree.QName(self.root).namespace
-        return (
-            str(found.localname) if is_own else f"{found.namespace}:{found.localname}"
-        )
+        return f"{found.namespace}:{found.localname}"
+
+    @cached_property
+    def _prefix(self) -> str:
+        namespace = etree.QName(self.root).namespace
+        return "" if namespace is None else f"{{{namespace}}}"
 
     def target(self, element: Element, attribute: str, *kinds: str) -> Element:
         """What `#id` in an attribute refers to: the one element of these kinds.

@@ -36,8 +36,8 @@ _LIBRARIES_OF_LOOKS = frozenset(
     f"library_{kind}"
     for kind in ("images", "effects", "materials", "cameras", "lights")
 )
-# Instances of instances grow without end; a scanner room has a few thousand nodes.
-_MOST_NODES = 20_000
+# Instances of instances grow without end; so many more than there are <node>s.
+_MOST_NODES = 5_000
 _MOST_COPIED = 1_000_000  # triangles
 
 
