@@ -23,6 +23,7 @@ from borecheck.geometry.mesh_files.frames import (
     UP_AXES,
     is_frame,
     rotation,
+    spelt,
     without_position,
 )
 from borecheck.geometry.mesh_files.reading import MeshFile, read_mesh_file
@@ -236,7 +237,7 @@ def _orientation(
     if stated is not None and stated not in FRAMES:
         raise MeshError(
             typed.path,
-            f"states the frame {stated.upper()}, which is none of "
+            f"states the frame {spelt(stated)}, which is none of "
             f"{', '.join(FRAMES)}: export it in LPS or RAS",
         )
     if typed.frame is None:
@@ -257,7 +258,7 @@ def _refuse_contradiction(typed: FileText, found: MeshFile) -> None:
         return
     raise MeshError(
         typed.path,
-        f"states {str(stated).upper()}, but {frame.upper()} was typed: type "
+        f"states {spelt(str(stated))}, but {spelt(frame)} was typed: type "
         f"{FileText(typed.path, typed.unit, None, typed.pose).completed(None, stated)}",
     )
 
@@ -267,11 +268,11 @@ def _frame_warnings(typed: FileText, found: MeshFile) -> tuple[str, ...]:
     if frame == AS_IT_STANDS and found.frame not in (None, AS_IT_STANDS):
         if found.frame_is_implied:
             return ()
-        stated = str(found.frame).upper()
+        stated = spelt(str(found.frame))
         return (f"states {stated}; its numbers are taken as they stand ({frame})",)
     if frame not in PATIENT_FRAMES:
         return ()
-    name = frame.upper()
+    name = spelt(frame)
     lines = [f"{name} is read as of a patient head first, supine ({frame}-hfs)"]
     if typed.pose is None:
         lines.append(f"the origin of {name} is taken to be the isocentre")

@@ -7,7 +7,7 @@ states may be unheard. Both end here.
 
 from dataclasses import dataclass
 
-from borecheck.geometry.mesh_files.frames import AS_IT_STANDS, PATIENT_FRAMES
+from borecheck.geometry.mesh_files.frames import AS_IT_STANDS, PATIENT_FRAMES, spelt
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,6 @@ class FileDoubt:
     @property
     def _statement(self) -> str:
         word = str(self.frame)
-        if word in PATIENT_FRAMES:
-            return f"states the frame {word.upper()}, which was not applied"
-        axis = word.upper().replace("-", "_")
+        kind = "frame" if word in PATIENT_FRAMES else "up axis"
         verb = "implies" if self.frame_is_implied else "states"
-        return f"{verb} the up axis {axis}, which was not applied"
+        return f"{verb} the {kind} {spelt(word)}, which was not applied"

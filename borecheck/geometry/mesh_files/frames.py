@@ -76,13 +76,14 @@ def rotation(frame: str) -> NDArray[np.float64]:
     """
     if frame in _UPRIGHT:
         return _UPRIGHT[frame].copy()
-    axes, _, position = frame.partition("-")
-    if axes not in PATIENT_FRAMES or (position.upper() or "HFS") not in POSITIONS:
+    axes, hyphen, position = frame.partition("-")
+    code = position.upper() if hyphen else "HFS"
+    if axes not in PATIENT_FRAMES or code not in POSITIONS:
         raise UsageError(
             f"frame {frame!r} is none of {', '.join(FRAMES)} "
-            f"(lps and ras with a patient position: lps-{POSITIONS[0].lower()})"
+            "(lps and ras with a patient position: lps-ffp)"
         )
-    return scanner_from_patient(axes.upper(), position.upper() or "HFS")
+    return scanner_from_patient(axes.upper(), code)
 
 
 def is_frame(word: str) -> bool:
@@ -97,3 +98,8 @@ def is_frame(word: str) -> bool:
 def without_position(frame: str) -> str:
     """`lps` of `lps-ffp`; up axes as they are."""
     return frame if frame in UP_AXES else frame.partition("-")[0]
+
+
+def spelt(frame: str) -> str:
+    """A frame as files spell it: LPS, Y_UP."""
+    return frame.upper().replace("-", "_")

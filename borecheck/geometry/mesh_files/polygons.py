@@ -15,6 +15,7 @@ Ids = NDArray[np.int64]
 # A fan triangle may point against its face by this share of the face's area before
 # the face counts as not convex: rounded coordinates of planar faces stay far below.
 _BACKWARD_SHARE = 1e-6
+_MOST_CUT = 50_000  # corners of faces cut by their ears, 30 to 100 us each
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,10 @@ def fan(
     first = starts[face_of]
     triangles = indices[np.stack([first, first + step + 1, first + step + 2], axis=1)]
     if counts.max() > 3:
-        for face in _not_covered(vertices[triangles], face_of, len(counts)):
+        not_covered = _not_covered(vertices[triangles], face_of, len(counts))
+        if int(counts[not_covered].sum()) > _MOST_CUT:
+            raise MeshError(file, "too many faces that bend inwards: export triangles")
+        for face in not_covered:
             corners = indices[starts[face] : starts[face] + counts[face]]
             ears = cut_ears(vertices[corners])
             if ears is None:

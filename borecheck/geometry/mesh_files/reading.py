@@ -19,7 +19,7 @@ from borecheck.core.units import LENGTH_UNITS
 from borecheck.errors import MeshError, UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.diagnosis import diagnose
-from borecheck.geometry.mesh_files.frames import AS_IT_STANDS
+from borecheck.geometry.mesh_files.frames import AS_IT_STANDS, spelt
 from borecheck.geometry.mesh_files.obj import parse_obj
 from borecheck.geometry.mesh_files.ply import parse_ply
 from borecheck.geometry.mesh_files.polygons import RawMesh
@@ -74,7 +74,7 @@ class MeshFile:
         if self.frame is None or self.frame == AS_IT_STANDS:
             return self.warnings
         verb = "implies" if self.frame_is_implied else "states"
-        said = f"{verb} {self.frame.upper()}, which is not applied, as in ROS"
+        said = f"{verb} {spelt(self.frame)}, which is not applied, as in ROS"
         return (*self.warnings, said)
 
 

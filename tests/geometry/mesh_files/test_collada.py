@@ -448,7 +448,7 @@ def test_the_frame_of_a_file_is_told_and_not_applied(tmp_path):
     found = read_mesh_file(path)
     assert (found.frame, found.frame_is_implied, found.unit_m) == ("y-up", False, 1.0)
     assert found.mesh.bounds[0, 0] == pytest.approx(FAR - 0.1)
-    assert "Y-UP" in found.remarks[0]
+    assert "Y_UP" in found.remarks[0]
     path.write_bytes(document(asset="<asset/>"))
     found = read_mesh_file(path)
     assert (found.frame, found.frame_is_implied, found.unit_m) == ("y-up", True, None)
