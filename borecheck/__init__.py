@@ -9,7 +9,9 @@ borecheck` costs nothing.
     verdict = bc.check(robot, scene, robot.home, margin=0.02)
 """
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from borecheck.core.version import __version__ as __version__
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from borecheck.contact.many_poses import first_contacts as first_contacts
     from borecheck.errors import BorecheckError as BorecheckError
     from borecheck.geometry.tree.mesh_tree import MeshTree as MeshTree
+    from borecheck.motion.binding import verify as verify
     from borecheck.motion.check import check_path as check_path
     from borecheck.robots.robot import load_robot as load_robot
     from borecheck.robots.scene import load_scene as load_scene
@@ -36,9 +39,21 @@ _HOMES = {
     "load_robot": "borecheck.robots.robot:load_robot",
     "load_scene": "borecheck.robots.scene:load_scene",
     "validate": "borecheck.validation.run:validate_file",
+    "verify": "borecheck.motion.binding:verify",
 }
 
 __all__ = sorted(_HOMES)
+
+
+class _Door(ModuleType):
+    """The package as a door: a room of the same name takes no public name's place."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _HOMES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Door
 
 
 def __getattr__(name: str) -> Any:

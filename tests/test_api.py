@@ -19,6 +19,7 @@ def test_names_stay_functions_after_their_modules_are_imported():
     code = (
         "import borecheck.validation, borecheck.contact.compare\n"
         "import borecheck.contact.check\n"
+        "from borecheck.verify import check\n"  # a room that is called as a name is
         "import borecheck as bc\n"
         "import types\n"
         "found = {n: getattr(bc, n) for n in bc.__all__}\n"

@@ -362,7 +362,9 @@ def test_a_file_that_is_no_certificate_is_left_alone(capsys, block, tmp_path, pa
     words = ("check", ROBOT, block, "--path", paths[0], "--certificate", file)
     check_refused(capsys, *words, saying="no certificate")
     assert file.read_text() == "{}"
-    check_refused(capsys, "verify", file, saying="is no path certificate")
+    status, out, err = run(capsys, "verify", file)
+    assert (status, err) == (1, "")
+    assert out.startswith("REJECTED: not a certificate")
 
 
 def test_meshes_without_their_certificate_are_taken_away_or_left_alone(

@@ -25,6 +25,11 @@ MAX_RANDOM = 10_000_000
 def add_robot(parser: argparse.ArgumentParser) -> None:
     """ROBOT and what places and shapes it."""
     parser.add_argument("robot", help="installed robot, or a URDF or xacro file")
+    add_robot_options(parser)
+
+
+def add_robot_options(parser: argparse.ArgumentParser) -> None:
+    """What places and shapes a robot."""
     parser.add_argument(
         "--arg",
         action="append",
@@ -63,6 +68,11 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="installed scanner, or files as FILE[:unit][:frame][@x,y,z[,r,p,y]]",
     )
+    add_scene_options(parser)
+
+
+def add_scene_options(parser: argparse.ArgumentParser) -> None:
+    """What shapes a scene, and what is added to it."""
     parser.add_argument(
         "--scene-arg",
         action="append",

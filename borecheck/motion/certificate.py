@@ -55,7 +55,7 @@ Interval = list[float]
 Proof = Callable[[float, float, float], Interval | None]
 
 FORMAT = "borecheck path certificate"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 # Intervals of one pair before giving up: a motion that grazes needs too many.
 MOST_INTERVALS = 5_000
 # By how much the clearance must exceed margin and displacement, [m].
@@ -84,39 +84,59 @@ def certificate(
         open surface, or passes so near that it would need more than MOST_INTERVALS
         intervals for a pair.
     """
-    if not outcome.certified:
-        return None
-    if not all(body.topology.is_closed for body in _bodies(problem)):
+    if not outcome.certified or problem.excluded or not problem.obstacles:
+        return None  # a certificate leaves no pair out, and speaks of a scene
+    if not all(body.topology.is_closed for body in bodies_of(problem)):
         return None
     motion = path_motion(problem, waypoints)
-    pairs = []
-    for pair, way in zip(problem.pairs, problem.routes, strict=True):
+    content = statement(problem, waypoints, about)
+    for pair, way, record in zip(
+        problem.pairs, problem.routes, content["pairs"], strict=True
+    ):
         intervals = _cover(motion, partial(_apart, problem.chain, pair, way, motion))
         if intervals is None:
             return None
-        pairs.append(_pair_record(problem, pair, intervals))
-    passages = []
-    for passage in problem.passages:
+        record["intervals"] = intervals
+    for passage, record in zip(problem.passages, content["passages"], strict=True):
         intervals = _cover(motion, _keeps(problem, passage, motion))
         if intervals is None:
             return None
-        passages.append(_passage_record(problem, passage, intervals))
-    content = {
+        record["intervals"] = intervals
+    return {**content, "sha256": digest(content)}
+
+
+def statement(
+    problem: PathProblem, waypoints: ArrayLike, about: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """What a certificate says of a motion, but for the intervals that prove it.
+
+    Args:
+        problem: Who must not touch whom.
+        waypoints: The motion, (n, nq).
+        about: What it is called, as in `certificate`.
+    """
+    content: dict[str, Any] = {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
         "versions": {name: version(name) for name in ("borecheck", "numpy", "numba")},
         "waypoints": np.array(waypoints, dtype=np.float64).tolist(),
-        "margin_m": problem.margin,
+        "margin_m": float(problem.margin),
         "chain": _chain_record(problem.chain),
-        "bodies": [_body_record(body) for body in _bodies(problem)],
+        "bodies": [
+            _body_record(body, "robot" if k < len(problem.parts) else body.role)
+            for k, body in enumerate(bodies_of(problem))
+        ],
         "part_count": len(problem.parts),
-        "excluded": [list(pair) for pair in sorted(problem.excluded)],
-        "pairs": pairs,
-        "passages": passages,
+        "pairs": [_pair_record(problem, pair) for pair in problem.pairs],
+        "passages": [_passage_record(problem, p) for p in problem.passages],
+        "allowed": [
+            {"first": i, "second": j, "reason": reason}
+            for i, j, reason in problem.allowed
+        ],
     }
     if about is not None:
         content["about"] = dict(about)
-    return {**content, "sha256": digest(content)}
+    return content
 
 
 def digest(content: dict[str, Any]) -> str:
@@ -143,7 +163,7 @@ def write_certificate(
         check_writable(path, stream=False)
     file, meshes = file.resolve(), meshes.resolve()  # a link stays a link
     arrays: dict[str, Any] = {}
-    for body in _bodies(problem):
+    for body in bodies_of(problem):
         arrays[f"{body.mesh.sha256}.vertices"] = body.mesh.vertices
         arrays[f"{body.mesh.sha256}.triangles"] = body.mesh.triangles
     packed = io.BytesIO()
@@ -176,7 +196,8 @@ def holds_certified_meshes(file: Path) -> bool:
         return False
 
 
-def _bodies(problem: PathProblem) -> tuple[Body, ...]:
+def bodies_of(problem: PathProblem) -> tuple[Body, ...]:
+    """Parts, then obstacles, as a certificate counts them."""
     return (*problem.parts, *problem.obstacles)
 
 
@@ -196,38 +217,33 @@ def _chain_record(chain: Chain) -> list[dict[str, Any]]:
     ]
 
 
-def _body_record(body: Body) -> dict[str, Any]:
+def _body_record(body: Body, role: str) -> dict[str, Any]:
     return {
         "name": body.name,
+        "role": role,
         "frame": body.frame,
         "T_frame_mesh": body.T_frame_mesh.tolist(),
         "mesh_sha256": body.mesh.sha256,
     }
 
 
-def _pair_record(
-    problem: PathProblem, pair: Pair, intervals: list[Interval]
-) -> dict[str, Any]:
-    bodies = _bodies(problem)
+def _pair_record(problem: PathProblem, pair: Pair) -> dict[str, Any]:
+    bodies = bodies_of(problem)
     return {
         "moving": bodies.index(pair.moving),
         "standing": bodies.index(pair.standing),
-        "margin_m": pair.margin,
+        "margin_m": float(pair.margin),
         "columns": ["from", "to", "at", "clearance_m", "displacement_m"],
-        "intervals": intervals,
     }
 
 
-def _passage_record(
-    problem: PathProblem, passage: Passage, intervals: list[Interval]
-) -> dict[str, Any]:
+def _passage_record(problem: PathProblem, passage: Passage) -> dict[str, Any]:
     corridor = passage.corridor
     return {
         "moving": passage.part,
         "standing": len(problem.parts) + passage.obstacle,
         **corridor_record(corridor),
         "columns": ["from", "to", "at", "displacement_m"],
-        "intervals": intervals,
     }
 
 

@@ -72,7 +72,7 @@ def path_problem(
     parts = tuple(
         Body(part.mesh.name, part.mesh, frame_of[part.link]) for part in robot.parts
     )
-    obstacles = tuple(Body(o.name, o.mesh) for o in scene.obstacles)
+    obstacles = tuple(Body(o.name, o.mesh, role=o.role) for o in scene.obstacles)
     passages = tuple(
         Passage(i, j, corridor)
         for i, part in enumerate(robot.parts)
@@ -86,7 +86,20 @@ def path_problem(
         robot.self_pairs,
         margin,
         passages=passages,
+        allowed=_allowed(robot),
         doubt=scene.doubt,
+    )
+
+
+def _allowed(robot: Robot) -> tuple[tuple[int, int, str], ...]:
+    """Pairs of parts whose links may touch by the robot's description."""
+    reasons = {frozenset((a, b)): reason for a, b, reason in robot.allowed_contacts}
+    links = [part.link for part in robot.parts]
+    return tuple(
+        (i, j, reasons[frozenset((links[i], links[j]))])
+        for j in range(len(links))
+        for i in range(j)
+        if frozenset((links[i], links[j])) in reasons
     )
 
 
@@ -241,7 +254,7 @@ def write_path_certificate(
     outcome = search(problem, points)
     if outcome.verdict != CLEAR:
         raise UsageError(f"there is no certificate to write: {outcome.reason}")
-    about = _about(robot, scene, corridor, plan)
+    about = about_what(robot, scene, corridor, plan)
     document = certificate(problem, points, outcome, about)
     if document is None:
         raise UsageError(
@@ -251,7 +264,7 @@ def write_path_certificate(
     write_certificate(file, document, problem)
 
 
-def _about(
+def about_what(
     robot: Robot, scene: Scene, corridor: Corridor | None, plan: str
 ) -> dict[str, Any]:
     """What a certificate is called: names of robot, scene and plan."""

@@ -43,12 +43,14 @@ class Body:
         mesh: Its triangles in its own frame.
         frame: The chain's frame it is fixed to, or WORLD.
         T_frame_mesh: Its placement in that frame; the identity for parts of links.
+        role: Of an obstacle: scanner, couch, patient or other.
     """
 
     name: str
     mesh: TriangleMesh
     frame: int = WORLD
     T_frame_mesh: Array = field(default_factory=lambda: np.eye(4))
+    role: str = "other"
 
     def __post_init__(self) -> None:
         T = check_transform(self.T_frame_mesh, f"placement of {self.name}")
@@ -150,6 +152,7 @@ class PathProblem:
         excluded: Pairs (part, obstacle) that are not examined; the caller answers
             for them.
         passages: Pairs that may touch within a corridor, and only there.
+        allowed: Pairs of parts that may touch, i < j, and the reason.
         doubt: Why nothing may be called clear, whatever is proven; or None.
     """
 
@@ -160,6 +163,7 @@ class PathProblem:
     margin: float = 0.0
     excluded: frozenset[tuple[int, int]] = frozenset()
     passages: tuple[Passage, ...] = ()
+    allowed: tuple[tuple[int, int, str], ...] = ()
     doubt: str | None = None
 
     def __post_init__(self) -> None:

@@ -23,7 +23,7 @@ ASSETS = Path(__file__).parent / "assets"
 # Rows of a table shown; the page's data block holds all.
 MOST_ROWS = 400
 
-STUDIES = ("check", "compare", "fk", "validate")
+STUDIES = ("check", "compare", "fk", "validate", "verify")
 
 
 def page(document: Mapping[str, Any]) -> str:
@@ -79,6 +79,8 @@ def _views(document: Mapping[str, Any]) -> dict[str, Any]:
         views |= page_compare.views(document)
     elif kind == "fk":
         views |= page_study.kinematics_views(document)
+    elif kind == "verify":
+        pass  # the document itself says all
     elif kind == "validate":
         views |= page_study.validate_views(document)
     else:

@@ -1,53 +1,60 @@
 """Checks a path certificate again, with numpy only and no code of the search.
 
-For every pair of surfaces the intervals must cover the motion from its first waypoint
-to its last without a gap. For every interval three things are derived here once more:
-the placements at the named instant (products of Rodrigues rotations), how far any
-point of one surface can move against the other during the interval, and that no two
-triangles are nearer than the named clearance (boxes round groups of triangles, then
-the distance of the triangles left over). The clearance must exceed displacement and
-margin. Closed surfaces must not hold each other at the start.
+Every pair of a part and an obstacle, and every pair of parts that the chain asks for,
+must be stated; for each the intervals must cover the motion from its first waypoint to
+its last without a gap. For every interval three things are derived here once more: the
+placements at the named instant (products of Rodrigues rotations), how far any point of
+one surface can move against the other during the interval (`verify.chain`), and that
+no two triangles are nearer than the named clearance (`verify.distance`). The clearance
+must exceed displacement and margin. Closed surfaces must not hold each other at the
+start (`verify.solid`).
 
 A passage is a pair that may touch within a stated corridor, a needle and its patient.
-Its intervals name an instant and a displacement; `verify.passage` says what must
-hold then. What corridor was meant, no certificate can know: it is named in the answer.
-Names of robot, scene and plan are what the writer called them; only that a passage is
-the corridor of the plan named is asked.
+Its intervals name an instant and a displacement; `verify.passage` says what must hold
+then, and how wide a corridor may be.
 
-Displacement. Let the joints stand at q_m. Of a product of joint transforms change one
-factor after the other from the standing side to the moving side: at each step what lies
-behind the joint is still as at q_m, so a point moves on a circle about that joint's
-axis whose radius is its distance from the axis at q_m, or straight along it. Steps add.
+A certificate alone shows that the motion it describes is clear. That this is the motion
+of a certain robot, scene and plan is known only if these are given: `verify.binding`.
+Nothing is accepted that was not asked here; whatever goes wrong, it is not accepted.
 """
 
-import hashlib
-import json
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.verify.distance import GroupedMesh, nearer_than
-from borecheck.verify.passage import StatedCorridor
-from borecheck.verify.solid import connected_corners, is_closed, winding_number
+from borecheck.verify.binding import Expected, differences
+from borecheck.verify.chain import inverse
+from borecheck.verify.distance import nearer_than
+from borecheck.verify.fields import Rejected
+from borecheck.verify.passage import MOST_SLACK, WIDEST_NEEDLE, StatedCorridor
+from borecheck.verify.reading import Meshes, Missing, read_document, read_meshes
+from borecheck.verify.solid import Side, side_of
+from borecheck.verify.statement import (
+    CORRIDOR,
+    RESERVE,
+    ROUNDING,
+    Pair,
+    Passage,
+    Statement,
+    Surface,
+    check_frame,
+    read_statement,
+)
 
 Array = NDArray[np.float64]
-Arrays = tuple[Array, NDArray[np.int64]]
+Claim = Pair | Passage
+Expect = Callable[[Mapping[str, Any]], Expected]
 
-FORMAT = "borecheck path certificate"
-FORMAT_VERSION = 1
-# The clearance must exceed margin and displacement by this: more than rounding, [m].
-RESERVE = 1e-9
-# Displacements may be recorded this much below what is derived here: rounding, [m].
-ROUNDING = 1e-10
-# What a passage and the plan it belongs to must both state.
-CORRIDOR = ("entry", "target", "radius_m", "slack_m")
-# A rotation's rows are unit vectors up to this.
-RIGID = 1e-9
+# What no certificate can know by itself.
+NOT_KNOWN = (
+    "whether chain and parts are those of the robot meant, obstacles those of the "
+    "scene, and waypoints and corridor those of the path or plan: give --robot, "
+    "--scene and --plan or --path",
+)
 
 
 @dataclass(frozen=True)
@@ -56,28 +63,38 @@ class Verification:
 
     Attributes:
         accepted: Whether every statement was confirmed.
-        problems: What was not, one line each.
+        problems: What was not, one line each. Names in it are the certificate's own:
+            show them with `core.text.printable`.
         intervals: How many intervals were checked.
         pairs: How many pairs of surfaces.
-        not_covered: Pairs (part, obstacle) that the certificate leaves out.
+        not_covered: Pairs of parts that the robot's own files let touch; they were not
+            asked, which only a bound check accepts.
         passages: Pairs that may touch, and the corridor stated for each.
+        neighbours: Pairs of parts that were not asked: neighbours in the chain, or
+            parts of one rigid body.
+        bound_to: What it was compared with, or None: it was checked by itself.
+        not_known: What could not be known, one sentence each.
+        could_not_run: Whether the file itself could not be read.
+        stated: The plain values that were checked, if they could be read.
     """
 
     accepted: bool
     problems: tuple[str, ...]
-    intervals: int
-    pairs: int
+    intervals: int = 0
+    pairs: int = 0
     not_covered: tuple[tuple[str, str], ...] = ()
     passages: tuple[str, ...] = ()
-
-
-class _Rejected(Exception):  # noqa: N818 - not an error: the answer of the check
-    """A statement of the certificate that does not hold."""
+    neighbours: tuple[tuple[str, str], ...] = ()
+    bound_to: str | None = None
+    not_known: tuple[str, ...] = NOT_KNOWN
+    could_not_run: bool = False
+    stated: Mapping[str, Any] = field(default_factory=dict)
 
 
 def verify(
     source: str | Path | Mapping[str, Any],
-    meshes: Mapping[str, Arrays] | Iterable[Arrays] | str | Path | None = None,
+    meshes: Meshes | None = None,
+    expect: Expect | None = None,
 ) -> Verification:
     """Checks a certificate.
 
@@ -86,432 +103,258 @@ def verify(
         meshes: The surfaces it speaks of: arrays (vertices (n, 3) [m], triangles
             (m, 3)) in any order or under any names, or the `.npz` file with them. By
             default the file beside the certificate with the suffix `.npz`.
+        expect: From the plain values of the certificate to what it should state; any
+            difference is a problem. See `motion.binding`.
 
     Returns:
-        Whether it holds, and if not, why not. A certificate that cannot be read at all
-        is not accepted either.
+        Whether it holds, and if not, why not. Nothing is raised for a certificate,
+        whatever it holds: what cannot be checked is not accepted.
     """
+    document: Mapping[str, Any] = {}
     try:
-        document, beside = _read(source)
-        _check_frame(document)
-        known = _known_meshes(meshes if meshes is not None else beside)
-        checker = _Checker(document, known)
-        return checker.run()
-    except _Rejected as problem:
-        return Verification(False, (str(problem),), 0, 0)
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as problem:
-        text = f"not a certificate: {type(problem).__name__}: {problem}"
-        return Verification(False, (text,), 0, 0)
+        # a number that overflows or is none is no number to go on with
+        with np.errstate(over="raise", invalid="raise"):
+            document = read_document(source)
+            found = _verified(document, source, meshes, expect)
+    except Missing as problem:
+        return Verification(False, (str(problem),), could_not_run=True)
+    except Rejected as problem:
+        found = Verification(False, (str(problem),))
+    except Exception as problem:  # noqa: BLE001 - whatever it is, it was not confirmed
+        text = " ".join(f"{type(problem).__name__}: {problem}".split())
+        found = Verification(False, (f"not a certificate that can be checked: {text}",))
+    return replace(found, stated=document)
 
 
-def _read(source: str | Path | Mapping[str, Any]) -> tuple[dict[str, Any], Path | None]:
-    if isinstance(source, Mapping):
-        return dict(source), None
-    file = Path(source)
-    try:
-        text = file.read_text(encoding="utf-8")
-    except OSError as error:
-        raise _Rejected(f"{file}: cannot be read: {error.strerror}") from error
-    return dict(json.loads(text)), file.with_suffix(".npz")
-
-
-def _check_frame(document: dict[str, Any]) -> None:
-    """Format, version, and that nothing was changed since it was written."""
-    if document["format"] != FORMAT or document["format_version"] != FORMAT_VERSION:
-        raise _Rejected(f"not a {FORMAT}, version {FORMAT_VERSION}")
-    content = {name: value for name, value in document.items() if name != "sha256"}
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
-    if hashlib.sha256(text.encode()).hexdigest() != document["sha256"]:
-        raise _Rejected("its content does not have the hash it states")
-
-
-def _known_meshes(
-    meshes: Mapping[str, Arrays] | Iterable[Arrays] | str | Path | None,
-) -> dict[str, Arrays]:
-    """Meshes by the hash of their numbers, which is computed here."""
+def _verified(
+    document: Mapping[str, Any],
+    source: str | Path | Mapping[str, Any],
+    meshes: Meshes | None,
+    expect: Expect | None,
+) -> Verification:
+    check_frame(document)
     if meshes is None:
-        raise _Rejected("the meshes it speaks of are needed to check it")
-    if isinstance(meshes, str | Path):
-        found: Iterable[Arrays] = _read_meshes(Path(meshes))
-    elif isinstance(meshes, Mapping):
-        found = meshes.values()
-    else:
-        found = meshes
-    known = {}
-    for points, corners in found:
-        vertices = np.array(points, dtype=np.float64, order="C")
-        triangles = np.array(corners, dtype=np.int64, order="C")
-        both = hashlib.sha256(vertices.tobytes())
-        both.update(triangles.tobytes())
-        known[both.hexdigest()] = (vertices, triangles)
-    return known
-
-
-def _read_meshes(file: Path) -> list[Arrays]:
-    try:
-        with np.load(file, allow_pickle=False) as stored:
-            names = {name.rsplit(".", 1)[0] for name in stored.files}
-            return [
-                (stored[f"{name}.vertices"], stored[f"{name}.triangles"])
-                for name in sorted(names)
-            ]
-    except (OSError, EOFError) as error:
-        raise _Rejected(f"{file}: its meshes cannot be read: {error}") from error
-
-
-@dataclass(frozen=True)
-class _Joint:
-    """One joint of the chain as the certificate states it."""
-
-    parent: int
-    origin: Array
-    kind: str
-    axis: Array
-    source: int
-    factor: float
-    offset: float
-
-
-@dataclass(frozen=True, eq=False)
-class _Surface:
-    """One body of the certificate with its mesh."""
-
-    name: str
-    frame: int
-    T_frame_mesh: Array
-    mesh: GroupedMesh
-    box: Array
-
-    @cached_property
-    def closed(self) -> bool:
-        """Whether it bounds a solid."""
-        return is_closed(self.mesh.vertices, self.mesh.triangles)
-
-    @cached_property
-    def one_corner_each(self) -> Array:
-        """A corner of every connected part."""
-        return connected_corners(self.mesh.vertices, self.mesh.triangles)
+        if isinstance(source, Mapping):
+            raise Rejected("the meshes it speaks of are needed to check it")
+        meshes = Path(source).with_suffix(".npz")
+    statement = read_statement(document, read_meshes(meshes))
+    if expect is None:
+        return _Checker(statement).run()
+    expected = expect(document)
+    different = differences(statement, expected)
+    if different:
+        return Verification(
+            False, different, bound_to=expected.what, not_known=expected.not_known
+        )
+    found = _Checker(statement, allows=True).run()
+    return replace(found, bound_to=expected.what, not_known=expected.not_known)
 
 
 class _Checker:
-    """A certificate taken apart, and every statement of it asked again."""
+    """Every statement of a certificate asked again."""
 
-    def __init__(self, document: dict[str, Any], known: dict[str, Arrays]) -> None:
-        self.waypoints = np.array(document["waypoints"], dtype=np.float64)
-        if self.waypoints.ndim != 2 or not np.isfinite(self.waypoints).all():
-            raise _Rejected("its waypoints are not configurations")
-        if len(self.waypoints) == 1:  # a motion that stands still
-            self.waypoints = np.repeat(self.waypoints, 2, axis=0)
-        self.joints = [_joint(k, record) for k, record in enumerate(document["chain"])]
-        self.margin = float(document["margin_m"])
-        self.parts = int(document["part_count"])
-        self.bodies = [self._surface(r, known) for r in document["bodies"]]
-        self.pairs = document["pairs"]
-        self.passages = document.get("passages", [])
-        self.about = document.get("about")
-        self.excluded = {(int(i), int(j)) for i, j in document["excluded"]}
-        self.allowed: list[str] = []
-        self.problems: list[str] = []
+    def __init__(self, statement: Statement, *, allows: bool = False) -> None:
+        self.stated = statement
+        self.chain = statement.chain
+        self.bodies = statement.bodies
+        # pairs that may touch by files that were read, not by the certificate's word
+        self.allowed = set(statement.allowed) if allows else set()
+        self.required = self._required()
         self.checked = 0
 
     def run(self) -> Verification:
-        self._all_pairs_are_there()
-        self._passages_are_the_plans()
-        for record in self.pairs:
-            try:
-                self._pair(record)
-            except _Rejected as problem:
-                self.problems.append(str(problem))
-        for record in self.passages:
-            try:
-                self._passage(record)
-            except (_Rejected, ValueError) as problem:
-                self.problems.append(str(problem))
-        left_out = tuple(
-            (self.bodies[i].name, self.bodies[self.parts + j].name)
-            for i, j in sorted(self.excluded)
-        )
-        if not (self.pairs or self.passages):
-            self.problems.append("it speaks of no pair of surfaces")
+        """First what is missing or contradicts itself; then, if nothing, geometry."""
+        problems = [*self._incomplete(), *self._passages_are_the_plans()]
+        everything: list[Claim] = [*self.stated.pairs, *self.stated.passages]
+        for ask in (self._consistent, self._true):
+            if not problems:
+                problems = [
+                    text for one in everything for text in self._asked(ask, one)
+                ]
+        corridors = [] if problems else self.stated.passages
         return Verification(
-            not self.problems,
-            tuple(self.problems),
+            not problems,
+            tuple(problems),
             self.checked,
-            len(self.pairs) + len(self.passages),
-            left_out,
-            tuple(self.allowed),
+            len(everything),
+            self._names(self.allowed & self.required),
+            tuple(self._told(passage) for passage in corridors),
+            self._names(self._all_within() - self.required),
         )
 
-    def _surface(self, record: dict[str, Any], known: dict[str, Arrays]) -> _Surface:
-        name, stated = str(record["name"]), record["mesh_sha256"]
-        if stated not in known:
-            raise _Rejected(f"{name}: no mesh given has the hash {stated[:12]}...")
-        T = _rigid(record["T_frame_mesh"], name)
-        frame = int(record["frame"])
-        if not -1 <= frame < len(self.joints):
-            raise _Rejected(f"{name}: fixed to no frame of the chain")
-        vertices, triangles = known[stated]
-        used = vertices[np.unique(triangles)]
-        low, high = used.min(axis=0), used.max(axis=0)
-        box = np.array(
-            [[(low, high)[b >> k & 1][k] for k in range(3)] for b in range(8)]
+    def _asked(self, ask: Callable[[Claim], None], one: Claim) -> Iterator[str]:
+        try:
+            ask(one)
+        except Rejected as problem:
+            yield f"{self._both(one)}: {problem}"
+
+    def _both(self, one: Claim) -> str:
+        a, b = self.bodies[one.moving], self.bodies[one.standing]
+        return f"{a.name} and {b.name}"
+
+    def _names(self, pairs: set[tuple[int, int]]) -> tuple[tuple[str, str], ...]:
+        return tuple(
+            (self.bodies[i].name, self.bodies[j].name) for i, j in sorted(pairs)
         )
-        return _Surface(name, frame, T, GroupedMesh(vertices, triangles), box)
 
-    def _all_pairs_are_there(self) -> None:
-        """Every part against every obstacle, unless stated as left out."""
-        records = [*self.pairs, *self.passages]
-        stated = {(int(r["moving"]), int(r["standing"])) for r in records}
-        for i in range(self.parts):
-            for j in range(len(self.bodies) - self.parts):
-                if (i, self.parts + j) not in stated and (i, j) not in self.excluded:
-                    names = self.bodies[i].name, self.bodies[self.parts + j].name
-                    self.problems.append(f"{names[0]} and {names[1]}: not examined")
+    def _told(self, passage: Passage) -> str:
+        a, b = self.bodies[passage.moving], self.bodies[passage.standing]
+        return f"{a.name} in {b.name} {StatedCorridor(passage, b.mesh.corners)}"
 
-    def _passages_are_the_plans(self) -> None:
-        """Where names are stated: contact is allowed in the named plan's corridor."""
-        if self.about is None:
-            return
-        plan = self.about.get("plan")
-        for record in self.passages:
+    def _required(self) -> set[tuple[int, int]]:
+        """Every part against every obstacle, and pairs of parts; no exception."""
+        parts = self.stated.parts
+        obstacles = range(parts, len(self.bodies))
+        frames = [body.frame for body in self.bodies[:parts]]
+        within = self.chain.required_pairs(frames)
+        return within | {(i, j) for i in range(parts) for j in obstacles}
+
+    def _all_within(self) -> set[tuple[int, int]]:
+        return {(i, j) for j in range(self.stated.parts) for i in range(j)}
+
+    def _incomplete(self) -> Iterator[str]:
+        """Pairs that are not stated, or twice."""
+        found: set[tuple[int, int]] = set()
+        everything: list[Claim] = [*self.stated.pairs, *self.stated.passages]
+        for one in everything:
+            i, j = sorted((one.moving, one.standing))
+            if i == j or (i, j) in found:
+                yield f"{self._both(one)}: stated twice, or of one body"
+            found.add((i, j))
+        for i, j in sorted(self.required - found - self.allowed):
+            reason = ""
+            if (i, j) in self.stated.allowed:
+                reason = " (that they may touch is its writer's word: give --robot)"
+            a, b = self.bodies[i].name, self.bodies[j].name
+            yield f"{a} and {b}: not examined{reason}"
+
+    def _passages_are_the_plans(self) -> Iterator[str]:
+        """Contact is for one needle in a patient, in the named plan's corridor."""
+        plan = self.stated.document.get("about", {}).get("plan")
+        records = self.stated.document["passages"]
+        for passage, record in zip(self.stated.passages, records, strict=True):
+            both = self._both(passage)
             if plan is None:
-                self.problems.append("it allows contact, but names no needle plan")
+                yield f"{both}: it allows contact, but names no needle plan"
             elif any(record[name] != plan[name] for name in CORRIDOR):
-                name = plan["name"]
-                self.problems.append(f"the corridor is not that of the plan {name!r}")
+                yield f"the corridor is not that of the plan {plan['name']!r}"
+            if self.bodies[passage.standing].role != "patient":
+                yield f"{both}: contact may be allowed with a patient alone"
+            if passage.slack > MOST_SLACK or passage.radius > WIDEST_NEEDLE:
+                yield f"{both}: the corridor is wider than a needle's"
+        if len({self.bodies[p.moving].frame for p in self.stated.passages}) > 1:
+            yield "it allows contact to more than one link"
 
-    def _pair(self, record: dict[str, Any]) -> None:
-        a = self.bodies[int(record["moving"])]
-        b = self.bodies[int(record["standing"])]
-        names = f"{a.name} and {b.name}"
-        intervals = np.array(record["intervals"], dtype=np.float64)
-        if intervals.ndim != 2 or intervals.shape[1] != 5:
-            raise _Rejected(f"{names}: no intervals")
-        if not np.isfinite(intervals).all():
-            raise _Rejected(f"{names}: an interval holds a number that is not finite")
-        against_obstacle = int(record["standing"]) >= self.parts
-        margin = float(record["margin_m"])
-        if margin < (self.margin if against_obstacle else 0.0):
-            raise _Rejected(f"{names}: examined with a smaller margin")
-        self._covers(intervals, names)
-        for row in intervals:
-            self._interval(a, b, row, margin, names)
-            self.checked += 1
-        self._holds_nothing(a, b, names)
+    def _consistent(self, one: Claim) -> None:
+        """What needs no geometry: closed, the whole motion, more than the margin."""
+        for index in (one.moving, one.standing):
+            if not self.bodies[index].closed:
+                raise Rejected(f"{self.bodies[index].name} is open, it has no inside")
+        self._covers(one.intervals)
+        if isinstance(one, Passage):
+            return
+        against_obstacle = one.standing >= self.stated.parts
+        if one.margin < (self.stated.margin if against_obstacle else 0.0):
+            raise Rejected("examined with a smaller margin")
+        clearance, moved = one.intervals[:, 3], one.intervals[:, 4]
+        wrong = np.flatnonzero(~(clearance > moved + one.margin + RESERVE))
+        if len(wrong):
+            raise Rejected(
+                f"{_stretch(one.intervals[wrong[0]])}: clearance does not exceed "
+                "displacement and margin"
+            )
 
-    def _passage(self, record: dict[str, Any]) -> None:
-        """A part that may touch an obstacle of the world, within a corridor."""
-        i, j = int(record["moving"]), int(record["standing"])
-        if not 0 <= i < self.parts <= j < len(self.bodies):
-            raise _Rejected("a passage is not of a part and an obstacle")
-        a, b = self.bodies[i], self.bodies[j]
-        names = f"{a.name} and {b.name}"
-        if b.frame >= 0:
-            raise _Rejected(f"{names}: {b.name} moves, a corridor does not")
-        if not b.closed:
-            raise _Rejected(f"{names}: {b.name} is open, it has no inside")
-        intervals = np.array(record["intervals"], dtype=np.float64)
-        if intervals.ndim != 2 or intervals.shape[1] != 4:
-            raise _Rejected(f"{names}: no intervals")
-        if not np.isfinite(intervals).all():
-            raise _Rejected(f"{names}: an interval holds a number that is not finite")
-        self._covers(intervals, names)
-        R, shift = b.T_frame_mesh[:3, :3], b.T_frame_mesh[:3, 3]
-        patient = b.mesh.corners @ R.T + shift
-        corridor = StatedCorridor(record, patient)
-        for row in intervals:
-            self._within(a, b, corridor, patient, row, names)
-            self.checked += 1
-        self.allowed.append(f"{a.name} in {b.name} {corridor}")
-
-    def _within(
-        self,
-        a: _Surface,
-        b: _Surface,
-        corridor: StatedCorridor,
-        patient: Array,
-        row: Array,
-        names: str,
-    ) -> None:
-        """During an interval a is in the corridor, or outside b and not touching it."""
-        begin, end, at, displacement = (float(x) for x in row)
-        where = f"{names}, {begin:.6g} to {end:.6g}"
-        placed, moved = self._moved(a, b, (begin, end, at), displacement, where)
-        T = _of(placed, a)
-        needle = a.mesh.corners @ T[:3, :3].T + T[:3, 3]
-        moved += RESERVE
-        wrong = corridor.why_not(needle, moved)
-        if wrong:
-            raise _Rejected(f"{where}: {a.name} {wrong}")
-        depth = float(((needle - corridor.entry) @ corridor.axis).min())
-        tail = corridor.at(depth - moved)
-        low, high = patient.min(axis=(0, 1)), patient.max(axis=(0, 1))
-        beyond = (tail < low).any() or (tail > high).any()
-        if not beyond and winding_number(tail, patient) != 0:
-            raise _Rejected(f"{where}: {a.name} begins inside {b.name}")
-
-    def _covers(self, intervals: Array, names: str) -> None:
+    def _covers(self, intervals: Array) -> None:
         begin, end, at = intervals[:, 0], intervals[:, 1], intervals[:, 2]
-        if begin[0] != 0.0 or end[-1] != len(self.waypoints) - 1.0:
-            raise _Rejected(f"{names}: the intervals leave out an end of the path")
+        if begin[0] != 0.0 or end[-1] != self.stated.end:
+            raise Rejected("the intervals leave out an end of the path")
         wrong = np.flatnonzero(begin[1:] != end[:-1])
         if len(wrong):
-            where = end[wrong[0]]
-            raise _Rejected(f"{names}: the intervals do not join at {where:.6g}")
+            raise Rejected(f"the intervals do not join at {end[wrong[0]]:.6g}")
         if not ((begin <= at) & (at <= end) & (begin < end)).all():
-            raise _Rejected(f"{names}: an interval does not hold its own instant")
+            raise Rejected("an interval does not hold its own instant")
 
-    def _interval(
-        self, a: _Surface, b: _Surface, row: Array, margin: float, names: str
-    ) -> None:
-        begin, end, at, clearance, displacement = (float(x) for x in row)
-        where = f"{names}, {begin:.6g} to {end:.6g}"
-        placed, moved = self._moved(a, b, (begin, end, at), displacement, where)
-        if not clearance > moved + margin + RESERVE:
-            raise _Rejected(
-                f"{where}: clearance does not exceed displacement and margin"
+    def _true(self, one: Claim) -> None:
+        """What geometry and kinematics must confirm."""
+        if isinstance(one, Passage):
+            self._passage(one)
+            return
+        for row in one.intervals:
+            self._interval(one, row)
+            self.checked += 1
+        self._holds_nothing(self.bodies[one.moving], self.bodies[one.standing])
+
+    def _interval(self, pair: Pair, row: Array) -> None:
+        a, b = self.bodies[pair.moving], self.bodies[pair.standing]
+        moved = self._moved(a, b, row, float(row[4]))
+        clearance = float(row[3])
+        if not clearance > moved + pair.margin + RESERVE:
+            raise Rejected(
+                f"{_stretch(row)}: clearance does not exceed displacement and margin"
             )
-        T_world_a = _of(placed, a)
-        T_b_a = np.linalg.inv(_of(placed, b)) @ T_world_a
+        T_b_a = self._T_b_a(a, b, float(row[2]))
         if nearer_than(a.mesh, b.mesh, T_b_a, clearance - ROUNDING):
-            raise _Rejected(f"{where}: the surfaces are nearer than {clearance:.3e} m")
+            raise Rejected(
+                f"{_stretch(row)}: the surfaces are nearer than {clearance:.3e} m"
+            )
 
-    def _moved(
-        self,
-        a: _Surface,
-        b: _Surface,
-        times: tuple[float, float, float],
-        stated: float,
-        where: str,
-    ) -> tuple[list[Array], float]:
-        """Placements at the instant, and how far a moves against b about it, [m].
+    def _T_b_a(self, a: Surface, b: Surface, time: float) -> Array:
+        placed = self.chain.placements(time)
+        return np.asarray(inverse(b.placed(placed)) @ a.placed(placed))
 
-        Times are begin, end and instant; the way is at least the stated one.
-        """
-        begin, end, at = times
-        placed = self._placements(self._values(at))
-        moved = self._displacement(a, b, placed, begin, end, at)
+    def _moved(self, a: Surface, b: Surface, row: Array, stated: float) -> float:
+        """How far a moves against b about an instant, [m]; at least what is stated."""
+        begin, end, at = (float(x) for x in row[:3])
+        T = a.placed(self.chain.placements(at))
+        corners = a.box @ T[:3, :3].T + T[:3, 3]
+        moved = self.chain.displacement(corners, (a.frame, b.frame), (begin, end, at))
         if not stated >= moved - ROUNDING:
-            raise _Rejected(f"{where}: moves up to {moved:.3e} m, not {stated:.3e} m")
-        return placed, max(moved, stated)
+            raise Rejected(
+                f"{_stretch(row)}: moves up to {moved:.3e} m, not {stated:.3e} m"
+            )
+        return max(moved, stated)
 
-    def _displacement(
-        self,
-        a: _Surface,
-        b: _Surface,
-        placed: list[Array],
-        begin: float,
-        end: float,
-        at: float,
-    ) -> float:
-        """Largest way of any point of a against b from the instant `at`, [m]."""
-        middle = self._values(at)
-        inside = np.arange(np.floor(begin) + 1.0, np.ceil(end))
-        others = [self._values(t) for t in (begin, *inside, end)]
-        change = np.abs(np.array(others) - middle).max(axis=0)
-        corners = a.box @ _of(placed, a)[:3, :3].T + _of(placed, a)[:3, 3]
-        total = 0.0
-        for k in self._between(a.frame, b.frame):
-            joint = self.joints[k]
-            if joint.kind == "slides":
-                total += float(change[k])
-            elif joint.kind == "turns":
-                away = corners - placed[k][:3, 3]
-                axis = placed[k][:3, :3] @ joint.axis
-                beside = away - np.outer(away @ axis, axis)
-                total += float(change[k] * np.linalg.norm(beside, axis=1).max())
-        return total
-
-    def _between(self, first: int, second: int) -> set[int]:
-        """Joints that move one frame against another: above one, not above both."""
-        return self._above(first) ^ self._above(second)
-
-    def _above(self, frame: int) -> set[int]:
-        found = set()
-        while frame >= 0:
-            found.add(frame)
-            frame = self.joints[frame].parent
-        return found
-
-    def _values(self, time: float) -> Array:
-        """Joint values at a time that counts waypoints, (joints,)."""
-        k = min(int(np.floor(time)), len(self.waypoints) - 2)
-        part = time - k
-        q = (1.0 - part) * self.waypoints[k] + part * self.waypoints[k + 1]
-        return np.array(
-            [0.0 if j.kind == "fixed" else j.factor * q[j.source] + j.offset
-             for j in self.joints]
-        )  # fmt: skip
-
-    def _placements(self, values: Array) -> list[Array]:
-        """T_world_frame of every frame."""
-        placed: list[Array] = []
-        for joint, value in zip(self.joints, values, strict=True):
-            T = joint.origin @ _motion(joint, float(value))
-            placed.append(T if joint.parent < 0 else placed[joint.parent] @ T)
-        return placed
-
-    def _holds_nothing(self, a: _Surface, b: _Surface, names: str) -> None:
+    def _holds_nothing(self, a: Surface, b: Surface) -> None:
         """At the start, neither closed surface holds a part of the other."""
-        for surface in (a, b):
-            if not surface.closed:
-                raise _Rejected(f"{names}: {surface.name} is open, it has no inside")
-        placed = self._placements(self._values(0.0))
-        T_b_a = np.linalg.inv(_of(placed, b)) @ _of(placed, a)
-        for inner, outer, T in ((a, b, T_b_a), (b, a, np.linalg.inv(T_b_a))):
+        T_b_a = self._T_b_a(a, b, 0.0)
+        for inner, outer, T in ((a, b, T_b_a), (b, a, inverse(T_b_a))):
             for corner in inner.one_corner_each:
-                point = T[:3, :3] @ corner + T[:3, 3]
-                outside = (point < outer.box.min(axis=0)) | (
-                    point > outer.box.max(axis=0)
-                )
-                if outside.any():
-                    continue
-                if winding_number(point, outer.mesh.corners) != 0:
-                    raise _Rejected(f"{names}: {inner.name} is inside {outer.name}")
+                side = side_of(T[:3, :3] @ corner + T[:3, 3], outer.mesh)
+                if side is Side.INSIDE:
+                    raise Rejected(f"{inner.name} is inside {outer.name}")
+                if side is Side.UNTOLD:
+                    raise Rejected(
+                        f"{outer.name} meets itself: whether {inner.name} is inside "
+                        "cannot be told"
+                    )
+
+    def _passage(self, passage: Passage) -> None:
+        """A needle is in its corridor, or outside the patient and not touching it."""
+        a, b = self.bodies[passage.moving], self.bodies[passage.standing]
+        R, shift = b.T_frame_mesh[:3, :3], b.T_frame_mesh[:3, 3]
+        corridor = StatedCorridor(passage, b.mesh.corners @ R.T + shift)
+        back = inverse(b.T_frame_mesh)
+        deepest, widest = -np.inf, 0.0
+        for row in passage.intervals:
+            moved = self._moved(a, b, row, float(row[3])) + RESERVE
+            T = a.placed(self.chain.placements(float(row[2])))
+            needle = a.mesh.corners @ T[:3, :3].T + T[:3, 3]
+            wrong = corridor.why_not(needle, moved)
+            if wrong:
+                raise Rejected(f"{_stretch(row)}: {a.name} {wrong}")
+            tail = back[:3, :3] @ corridor.before(needle, moved) + back[:3, 3]
+            if side_of(tail, b.mesh) is not Side.OUTSIDE:
+                raise Rejected(f"{_stretch(row)}: {a.name} may begin inside {b.name}")
+            depth, width = corridor.depth_and_width(needle, moved)
+            if depth > deepest:
+                deepest, widest = depth, width
+            self.checked += 1
+        if passage.radius > widest + ROUNDING and deepest > -passage.slack:
+            raise Rejected(
+                f"the corridor is {1e3 * passage.radius:g} mm wide about its line, "
+                f"{a.name} only {1e3 * widest:.3g} mm"
+            )
 
 
-def _joint(index: int, record: dict[str, Any]) -> _Joint:
-    kind = str(record["kind"])
-    if kind not in ("fixed", "turns", "slides"):
-        raise _Rejected(f"joint {index} of the chain is of an unknown kind, {kind}")
-    parent, source = int(record["parent"]), int(record["source"])
-    if not -1 <= parent < index or (kind != "fixed" and source < 0):
-        raise _Rejected(f"joint {index} of the chain has no place in it")
-    axis = np.array(record["axis"], dtype=np.float64)
-    if kind != "fixed" and not abs(np.linalg.norm(axis) - 1.0) < RIGID:
-        raise _Rejected(f"joint {index} of the chain: the axis is no unit vector")
-    origin = _rigid(record["origin"], f"joint {index} of the chain")
-    factor, offset = float(record["factor"]), float(record["offset"])
-    return _Joint(parent, origin, kind, axis, source, factor, offset)
-
-
-def _rigid(values: Any, name: str) -> Array:
-    T = np.array(values, dtype=np.float64)
-    if T.shape != (4, 4) or not np.isfinite(T).all():
-        raise _Rejected(f"{name}: not a placement")
-    R = T[:3, :3]
-    skewed = np.abs(R @ R.T - np.eye(3)).max() > RIGID or np.linalg.det(R) < 0.0
-    if skewed or (T[3] != (0.0, 0.0, 0.0, 1.0)).any():
-        raise _Rejected(f"{name}: not a rigid placement")
-    return T
-
-
-def _motion(joint: _Joint, value: float) -> Array:
-    """Turn or shift of one joint by its value (Rodrigues' formula)."""
-    T = np.eye(4)
-    if joint.kind == "slides":
-        T[:3, 3] = value * joint.axis
-    elif joint.kind == "turns":
-        n = joint.axis
-        across = np.cross(np.eye(3), n)
-        along = np.outer(n, n)
-        cosine, sine = np.cos(value), np.sin(value)
-        T[:3, :3] = cosine * np.eye(3) + (1.0 - cosine) * along + sine * across
-    return T
-
-
-def _of(placed: list[Array], surface: _Surface) -> Array:
-    """T_world_mesh of a surface."""
-    if surface.frame < 0:
-        return surface.T_frame_mesh
-    return placed[surface.frame] @ surface.T_frame_mesh
+def _stretch(row: Array) -> str:
+    return f"{row[0]:.6g} to {row[1]:.6g}"

@@ -1,10 +1,19 @@
-"""Are two surfaces nearer than a distance? For `verify.check`: numpy only.
+"""Are two surfaces surely farther apart than a distance? Numpy only.
 
 Triangles are put in groups along a space-filling curve. Groups whose boxes are farther
 apart than the distance drop out, then triangles whose boxes are, and what is left is
-measured: the least of nine edge-edge and six corner-face distances, or 0 if an edge
-goes through a face.
+measured.
+
+A distance of two triangles that is computed from their closest points is too large
+where these are found badly, as between edges that are nearly parallel. Here it is never
+trusted: points only suggest a direction, and along a direction n the gap between the
+two triangles, min n.b - max n.a, is a lower bound of their distance whatever n is
+(every point of one lies on its side of two planes). Along the line of closest points
+the gap is the distance, so nothing is lost. Rounding of the gap itself is a few units
+in the last place of the numbers in it, and is taken off.
 """
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +23,9 @@ Indices = NDArray[np.int64]
 
 GROUP = 32
 # Pairs handled at a time, so that memory stays small.
-_CHUNK = 200_000
-# Boxes and distances in float64 are right to far less than this, [m].
-_ROUNDING = 1e-12
+_CHUNK = 100_000
+# Relative to sizes: more than the roundings in a box's or a gap's dozen operations.
+_RELATIVE = 16 * 2.0**-53
 
 
 class GroupedMesh:
@@ -26,9 +35,11 @@ class GroupedMesh:
         self.vertices = vertices
         self.triangles = triangles
         self.corners = vertices[triangles]
-        order = np.argsort(_along_a_curve(self.corners.mean(axis=1)), kind="stable")
-        self.sorted = self.corners[order]
-        self.starts = np.arange(0, len(order), GROUP)
+        self.order = np.argsort(
+            _along_a_curve(self.corners.mean(axis=1)), kind="stable"
+        )
+        self.sorted = self.corners[self.order]
+        self.starts = np.arange(0, len(self.order), GROUP)
         self.standing = self.boxes(self.sorted)
 
     def boxes(self, corners: Array) -> tuple[Array, Array]:
@@ -51,11 +62,26 @@ def _along_a_curve(points: Array) -> Indices:
 
 
 def nearer_than(a: GroupedMesh, b: GroupedMesh, T_b_a: Array, distance: float) -> bool:
-    """Whether a point of a, placed by T_b_a, is nearer than that to one of b."""
+    """Whether a point of a, placed by T_b_a, may be nearer than that to one of b.
+
+    False is proven for the numbers given; True may be said of what is farther by a
+    few units in the last place of the sizes.
+    """
     corners_a = a.sorted @ T_b_a[:3, :3].T + T_b_a[:3, 3]
+    for i, j in near_triangles(a, corners_a, b, distance):
+        if may_be_nearer(corners_a[i], b.sorted[j], distance).any():
+            return True
+    return False
+
+
+def near_triangles(
+    a: GroupedMesh, corners_a: Array, b: GroupedMesh, distance: float
+) -> Iterator[tuple[Indices, Indices]]:
+    """Pairs of triangles, in the sorted orders, whose boxes are within a distance."""
     boxes_a, groups_a = a.boxes(corners_a)
     boxes_b, groups_b = b.standing
-    reach = distance + _ROUNDING
+    largest = max(float(np.abs(groups_a).max()), float(np.abs(groups_b).max()))
+    reach = distance + _RELATIVE * (largest + distance)
     for i, j in _near_boxes(groups_a, groups_b, reach):
         members_a, members_b = _members(i, len(boxes_a)), _members(j, len(boxes_b))
         for k in range(0, len(i), _CHUNK // GROUP**2):
@@ -63,12 +89,13 @@ def nearer_than(a: GroupedMesh, b: GroupedMesh, T_b_a: Array, distance: float) -
             p = np.repeat(members_a[rows], GROUP, axis=1).reshape(-1)
             q = np.tile(members_b[rows], (1, GROUP)).reshape(-1)
             near = _gaps(boxes_a[p], boxes_b[q]) <= reach
-            if _any_nearer(corners_a[p[near]], b.sorted[q[near]], reach):
-                return True
-    return False
+            if near.any():
+                yield p[near], q[near]
 
 
-def _near_boxes(first: Array, second: Array, reach: float):  # type: ignore[no-untyped-def]
+def _near_boxes(
+    first: Array, second: Array, reach: float
+) -> Iterator[tuple[Indices, Indices]]:
     """Index arrays of pairs of boxes not farther apart than `reach`, in chunks."""
     whole = np.stack([first[:, 0].min(axis=0), first[:, 1].max(axis=0)])
     some = np.flatnonzero(_gaps(np.broadcast_to(whole, second.shape), second) <= reach)
@@ -89,81 +116,129 @@ def _members(groups: Indices, count: int) -> Indices:
 def _gaps(first: Array, second: Array) -> Array:
     """Distances of boxes (k, 2, 3), 0 where they overlap."""
     apart = np.maximum(first[:, 0] - second[:, 1], second[:, 0] - first[:, 1])
-    return np.linalg.norm(np.maximum(apart, 0.0), axis=1)
+    apart = np.maximum(apart, 0.0)
+    return np.sqrt(np.einsum("ij,ij->i", apart, apart))
 
 
-def _any_nearer(first: Array, second: Array, reach: float) -> bool:
-    for k in range(0, len(first), _CHUNK // 8):
-        rows = slice(k, k + _CHUNK // 8)
-        if (triangle_distances(first[rows], second[rows]) < reach).any():
-            return True
-    return False
+def may_be_nearer(first: Array, second: Array, distance: float) -> NDArray[np.bool_]:
+    """Which triangles (k, 3, 3) are not proven to be as far apart as that, (k,)."""
+    left = np.ones(len(first), dtype=bool)
+    for directions in (_normals, _suggested, _all_suggested):
+        some = np.flatnonzero(left)
+        for k in range(0, len(some), _CHUNK // 8):
+            rows = some[k : k + _CHUNK // 8]
+            left[rows] = _bound(first[rows], second[rows], directions) < distance
+    return left
 
 
-def triangle_distances(first: Array, second: Array) -> Array:
-    """Distances of triangles (k, 3, 3), pair by pair; 0 where an edge goes through."""
-    best = np.full(len(first), np.inf)
+def lower_bounds(first: Array, second: Array) -> Array:
+    """Lower bounds of the distances of triangles (k, 3, 3); 0 or less where they meet.
+
+    As good as rounding allows: all directions are asked.
+    """
+    every = (_normals, _suggested, _all_suggested)
+    return np.max([_bound(first, second, kind) for kind in every], axis=0)
+
+
+def _bound(first: Array, second: Array, directions) -> Array:  # type: ignore[no-untyped-def]
+    """The best gap of pairs of triangles along some directions."""
+    # Small numbers: from a corner in common, where both are near each other.
+    a, b = first - first[:, :1], second - first[:, :1]
+    best = np.full(len(a), -np.inf)
+    for n in directions(a, b):
+        length = np.sqrt(_dot(n, n))
+        n = n / np.where(length > 0.0, length, 1.0)[:, None]
+        along_a = np.einsum("ijk,ik->ij", a, n)
+        along_b = np.einsum("ijk,ik->ij", b, n)
+        gap = along_b.min(axis=1) - along_a.max(axis=1)
+        back = along_a.min(axis=1) - along_b.max(axis=1)
+        best = np.maximum(best, np.maximum(gap, back))
+    size = np.abs(a).max(axis=(1, 2)) + np.abs(b).max(axis=(1, 2))
+    return best - _RELATIVE * 2.0 * size
+
+
+def _normals(a: Array, b: Array) -> Iterator[Array]:
+    """The normals of both triangles."""
+    for t in (a, b):
+        yield np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
+
+
+def _suggested(a: Array, b: Array) -> Iterator[Array]:
+    """Directions from the closest points of the two edges that are nearest."""
+    best = np.full(len(a), np.inf)
+    chosen = [np.zeros((len(a), 3)) for _ in range(3)]
+    for p, u, q, v in _edges(a, b):
+        gap = _gap_of_segments(p, u, q, v)
+        size = _dot(gap, gap)
+        better = size < best
+        best = np.where(better, size, best)
+        for k, value in enumerate((gap, u, v)):
+            chosen[k] = np.where(better[:, None], value, chosen[k])
+    yield from _squared(*chosen)
+
+
+def _all_suggested(a: Array, b: Array) -> Iterator[Array]:
+    """Directions from the closest points of all pairs of edges."""
+    for p, u, q, v in _edges(a, b):
+        yield from _squared(_gap_of_segments(p, u, q, v), u, v)
+
+
+def _edges(a: Array, b: Array) -> Iterator[tuple[Array, Array, Array, Array]]:
     for i in range(3):
-        p, u = first[:, i], first[:, (i + 1) % 3] - first[:, i]
+        p, u = a[:, i], a[:, (i + 1) % 3] - a[:, i]
         for j in range(3):
-            q, v = second[:, j], second[:, (j + 1) % 3] - second[:, j]
-            best = np.minimum(best, _segments(p, u, q, v))
-    for t, others in ((first, second), (second, first)):
-        for k in range(3):
-            best = np.minimum(best, _corner_to_face(others[:, k], t))
-            edge = others[:, k], others[:, (k + 1) % 3]
-            best = np.where(_goes_through(*edge, t), 0.0, best)
-    return best
+            yield p, u, b[:, j], b[:, (j + 1) % 3] - b[:, j]
+
+
+def _squared(gap: Array, u: Array, v: Array) -> Iterator[Array]:
+    """A direction as it is, and at right angles to one edge, the other, and both.
+
+    What the closest points lack in accuracy this gives back: at the true ones the
+    direction is square to each edge it ends within.
+    """
+    yield gap
+    yield _without(gap, u)
+    yield _without(gap, v)
+    # v's part beside u: where they are nearly parallel it is small, so it is made
+    # square to u once more
+    beside = _without(_without(v, u), u)
+    yield _without(_without(gap, u), beside)
+
+
+def _without(x: Array, u: Array) -> Array:
+    """What of x is at right angles to u."""
+    square = _dot(u, u)
+    share = _dot(x, u) / np.where(square > 0.0, square, 1.0)
+    return x - share[:, None] * u
 
 
 def _dot(u: Array, v: Array) -> Array:
     return np.asarray(np.einsum("ij,ij->i", u, v))
 
 
-def _segments(p: Array, u: Array, q: Array, v: Array) -> Array:
-    """Distances of segments p + s u and q + t v: the best of five candidates each.
+def _gap_of_segments(p: Array, u: Array, q: Array, v: Array) -> Array:
+    """From a point of q + t v to one of p + s u, as near as can be found, (k, 3).
 
-    The least distance is taken in the inside of both or at one of four ends; each
-    candidate is a true distance of two points, so the least of them is never too small.
+    The nearest are inside of both or at one of four ends.
     """
     w = p - q
     a, b, c = _dot(u, u), _dot(u, v), _dot(v, v)
     d, e = _dot(u, w), _dot(v, w)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s = np.nan_to_num(np.clip((b * e - c * d) / (a * c - b * b), 0.0, 1.0))
-        candidates = [(s, np.clip(np.nan_to_num((b * s + e) / c), 0.0, 1.0))]
-        for end in (0.0, 1.0):
-            t = np.clip(np.nan_to_num((b * end + e) / c), 0.0, 1.0)
-            candidates.append((np.full_like(a, end), t))
-            s = np.clip(np.nan_to_num((b * end - d) / a), 0.0, 1.0)
-            candidates.append((s, np.full_like(a, end)))
-    best = np.full(len(p), np.inf)
-    for s, t in candidates:
+    s = _share(b * e - c * d, a * c - b * b)
+    pairs = [(s, _share(b * s + e, c))]
+    for end in (0.0, 1.0):
+        pairs.append((np.full_like(a, end), _share(b * end + e, c)))
+        pairs.append((_share(b * end - d, a), np.full_like(a, end)))
+    best, nearest = np.full(len(p), np.inf), np.zeros_like(w)
+    for s, t in pairs:
         gap = w + s[:, None] * u - t[:, None] * v
-        best = np.minimum(best, np.linalg.norm(gap, axis=1))
-    return best
+        size = _dot(gap, gap)
+        nearest = np.where((size < best)[:, None], gap, nearest)
+        best = np.minimum(best, size)
+    return nearest
 
 
-def _corner_to_face(point: Array, t: Array) -> Array:
-    """Distance to the plane of a triangle where the foot lies inside; else infinite."""
-    n = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
-    inside = np.ones(len(point), dtype=bool)
-    for k in range(3):
-        side = np.cross(t[:, (k + 1) % 3] - t[:, k], point - t[:, k])
-        inside &= _dot(side, n) >= 0.0
-    length = np.linalg.norm(n, axis=1)
-    inside &= length > 0.0
-    height = np.abs(_dot(point - t[:, 0], n)) / np.where(length > 0.0, length, 1.0)
-    return np.where(inside, height, np.inf)
-
-
-def _goes_through(p: Array, q: Array, t: Array) -> NDArray[np.bool_]:
-    """Whether a segment meets the inside of a triangle; touching counts."""
-    n = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
-    start, end = _dot(p - t[:, 0], n), _dot(q - t[:, 0], n)
-    crosses = (start * end <= 0.0) & ((start != 0.0) | (end != 0.0))
-    turns = [
-        _dot(q - p, np.cross(t[:, k] - p, t[:, (k + 1) % 3] - p)) for k in range(3)
-    ]
-    same = np.stack(turns)
-    return crosses & ((same >= 0.0).all(axis=0) | (same <= 0.0).all(axis=0))
+def _share(top: Array, bottom: Array) -> Array:
+    """The quotient within 0 to 1; 0 where there is none."""
+    usable = bottom > 0.0
+    return np.clip(np.where(usable, top, 0.0) / np.where(usable, bottom, 1.0), 0.0, 1.0)

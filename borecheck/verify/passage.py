@@ -7,16 +7,28 @@ distance aside, each larger by that length. Deeper than the corridor's near end 
 cylinders must lie in the corridor; what of them lies before it must be clear of the
 patient. Cylinders are joined by the line, so one point of it that is outside the
 patient, and a patient that meets neither, shows that all of them are outside.
+
+A corridor is a needle's: no wider than the needle itself is where it enters, and its
+slack no more than a hole in the skin needs. So a passage cannot stand for an arm.
 """
 
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.verify.fields import Rejected
+
+if TYPE_CHECKING:
+    from borecheck.verify.statement import Passage
+
 Array = NDArray[np.float64]
 
+# What a corridor may leave beside the needle and beyond the target, [m].
+MOST_SLACK = 2e-3
+# Nothing thicker is a needle: half its width, [m].
+WIDEST_NEEDLE = 5e-3
 # More than the rounding of sizes up to 100 m, [m].
 ROUNDING = 1e-10
 # Into so many lengths the line is divided at most.
@@ -26,14 +38,12 @@ MOST_CUTS = 65
 class StatedCorridor:
     """A corridor as a certificate states it, about a patient's triangles (m, 3, 3)."""
 
-    def __init__(self, record: dict[str, Any], patient: Array) -> None:
-        self.entry = np.array(record["entry"], dtype=np.float64)
-        self.target = np.array(record["target"], dtype=np.float64)
-        self.radius, self.slack = float(record["radius_m"]), float(record["slack_m"])
-        numbers = [*self.entry, *self.target, self.radius, self.slack]
+    def __init__(self, stated: "Passage", patient: Array) -> None:
+        self.entry, self.target = stated.entry, stated.target
+        self.radius, self.slack = stated.radius, stated.slack
         self.length = float(np.linalg.norm(self.target - self.entry))
-        if not (np.isfinite(numbers).all() and min(numbers[6:]) >= 0.0 < self.length):
-            raise ValueError("a corridor of no length, or with numbers that are none")
+        if not self.length > ROUNDING:
+            raise Rejected("a corridor of no length")
         self.axis = (self.target - self.entry) / self.length
         middle = patient.mean(axis=1)
         reach = np.linalg.norm(patient - middle[:, None], axis=2).max(axis=1)
@@ -47,9 +57,25 @@ class StatedCorridor:
         across = points - self.entry - depth[..., None] * self.axis
         return depth, np.linalg.norm(across, axis=-1)
 
-    def at(self, depth: float) -> Array:
-        """The point of the line at a depth."""
+    def before(self, needle: Array, moved: float) -> Array:
+        """The point of the line where a needle, moved so far, begins at most."""
+        depth = float(((needle - self.entry) @ self.axis).min()) - moved
         return np.asarray(self.entry + depth * self.axis, dtype=np.float64)
+
+    def depth_and_width(self, needle: Array, moved: float) -> tuple[float, float]:
+        """How deep triangles (m, 3, 3) of a needle are, and half the width of those.
+
+        The width is measured about its own middle, seen along the line.
+        """
+        depth, _ = self._told(needle)
+        deepest = float(depth.max())
+        inside = depth.max(axis=1) + moved > -self.slack
+        if not inside.any():
+            return deepest, 0.0
+        points = needle[inside].reshape(-1, 3)
+        seen = points - np.outer(points @ self.axis, self.axis)
+        middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
+        return deepest, float(np.linalg.norm(seen - middle, axis=1).max())
 
     def why_not(self, needle: Array, moved: float) -> str:
         """What is wrong with a needle's triangles (m, 3, 3), moved so far; or ""."""

@@ -1,16 +1,118 @@
-"""Closed surfaces and what they hold, for `verify.check`: numpy only."""
+"""Closed surfaces and what they hold, for `verify.check`: numpy only.
+
+A point from which a straight line leads away without meeting a surface is outside,
+whatever the surface is. Where there is none, the surface's winding number is asked;
+but one that is 0 says "outside" only of a surface that meets itself nowhere: a block
+drawn on both sides, or two that overlap of which one is inside out, wind 0 times round
+what is in them. Then the answer is that it cannot be told.
+"""
+
+from enum import StrEnum
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.verify.distance import GroupedMesh, may_be_nearer, near_triangles
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+# Sheets of one surface that come as near as this are taken to meet, [m].
+TOUCHING = 1e-6
+# Straight lines that are tried, beside those along the axes.
+DIRECTIONS = 100
+# A line as near to a triangle's rim as this share of the sizes meets it.
+_AT_THE_RIM = 1e-12
+# A sum of solid angles is this near to a whole number of turns.
+_WHOLE = 1e-3
 
-def _merged(vertices: Array, triangles: Indices) -> Indices:
-    """Triangles by distinct places: vertices at equal coordinates count as one."""
-    same = np.unique(vertices, axis=0, return_inverse=True)[1].reshape(-1)
-    return np.asarray(same[triangles], dtype=np.int64)
+
+class Side(StrEnum):
+    """Where a point is."""
+
+    INSIDE = "inside"
+    OUTSIDE = "outside"
+    UNTOLD = "cannot be told"
+
+
+def side_of(point: Array, mesh: GroupedMesh) -> Side:
+    """Which side of a closed surface a point is on that is not on the surface."""
+    corners = mesh.corners
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    if ((point < low) | (point > high)).any() or leads_away(point, corners):
+        return Side.OUTSIDE
+    turns = winding(point, corners)
+    if abs(turns - round(turns)) > _WHOLE:
+        return Side.UNTOLD
+    if round(turns) != 0:
+        return Side.INSIDE
+    return Side.OUTSIDE if is_embedded(mesh) else Side.UNTOLD
+
+
+def leads_away(point: Array, corners: Array) -> bool:
+    """Whether a straight line from a point meets no triangle (m, 3, 3)."""
+    a, b, c = (corners[:, k] - point for k in range(3))
+    sides = [np.cross(b, c), np.cross(c, a), np.cross(a, b)]
+    size = float(np.abs(corners - point).max())
+    rim = _AT_THE_RIM * size**2
+    volume = np.einsum("ij,ij->i", a, sides[0])
+    for direction in _directions():
+        turns = np.stack([side @ direction for side in sides])
+        met = (turns >= -rim).all(axis=0) | (turns <= rim).all(axis=0)
+        along, across = volume[met], turns[:, met].sum(axis=0)
+        # behind the point: volume and slope have opposite signs, and surely so
+        clear = (along * across < 0.0) & (np.abs(along) > rim * size)
+        clear &= np.abs(across) > 3.0 * rim
+        if clear.all():
+            return True
+    return False
+
+
+@cache
+def _directions() -> Array:
+    """Unit vectors: along the axes first, then evenly over the sphere."""
+    k = np.arange(DIRECTIONS) + 0.5
+    polar, around = np.arccos(1.0 - 2.0 * k / DIRECTIONS), np.pi * (1 + 5**0.5) * k
+    even = [np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar)]
+    return np.concatenate(
+        [np.eye(3), -np.eye(3), np.stack([*even, np.cos(polar)], axis=1)]
+    )
+
+
+def winding(point: Array, corners: Array) -> float:
+    """How often a closed surface (m, 3, 3) winds round a point that is not on it.
+
+    The sum of the signed solid angles of all triangles (Van Oosterom and Strackee).
+    """
+    a, b, c = (corners[:, k] - point for k in range(3))
+    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
+    top = np.einsum("ij,ij->i", a, np.cross(b, c))
+    dot = np.einsum
+    bottom = la * lb * lc + dot("ij,ij->i", a, b) * lc
+    bottom += dot("ij,ij->i", b, c) * la + dot("ij,ij->i", c, a) * lb
+    return float(np.arctan2(top, bottom).sum()) / (2.0 * np.pi)
+
+
+def is_embedded(mesh: GroupedMesh) -> bool:
+    """Whether a closed surface meets itself nowhere.
+
+    Every edge is run through once each way, and no two triangles without a common
+    corner are near each other.
+    """
+    places = _merged(mesh.vertices, mesh.triangles)
+    edges = _edges(places)
+    if len(np.unique(edges, axis=0)) != len(edges):
+        return False
+    own = places[mesh.order]
+    for i, j in near_triangles(mesh, mesh.sorted, mesh, TOUCHING):
+        others = i < j
+        i, j = i[others], j[others]
+        apart = (own[i][:, :, None] != own[j][:, None, :]).all(axis=(1, 2))
+        i, j = i[apart], j[apart]
+        if may_be_nearer(mesh.sorted[i], mesh.sorted[j], TOUCHING).any():
+            return False
+    return True
 
 
 def is_closed(vertices: Array, triangles: Indices) -> bool:
@@ -19,9 +121,7 @@ def is_closed(vertices: Array, triangles: Indices) -> bool:
     Solids that share an edge, as boxes face to face do, are closed together: what
     winds round a point is then still a whole number of times.
     """
-    t = _merged(vertices, triangles)
-    edges = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
-    edges = edges[edges[:, 0] != edges[:, 1]]
+    edges = _edges(_merged(vertices, triangles))
     forth, there = np.unique(edges, axis=0, return_counts=True)
     back, again = np.unique(edges[:, ::-1], axis=0, return_counts=True)
     return np.array_equal(forth, back) and np.array_equal(there, again)
@@ -38,21 +138,17 @@ def connected_corners(vertices: Array, triangles: Indices) -> Array:
         label = label[label]
         if np.array_equal(label, before):
             break
-    roots = np.unique(label[t[:, 0]])
-    return np.array(
-        [vertices[triangles[np.argmax(label[t[:, 0]] == r), 0]] for r in roots]
-    )
+    first = np.unique(label[t[:, 0]], return_index=True)[1]
+    return np.asarray(vertices[triangles[first, 0]], dtype=np.float64)
 
 
-def winding_number(point: Array, corners: Array) -> int:
-    """How often a closed surface (m, 3, 3) winds round a point that is not on it.
+def _merged(vertices: Array, triangles: Indices) -> Indices:
+    """Triangles by distinct places: vertices at equal coordinates count as one."""
+    same = np.unique(vertices, axis=0, return_inverse=True)[1].reshape(-1)
+    return np.asarray(same[triangles], dtype=np.int64)
 
-    The sum of the signed solid angles of all triangles (Van Oosterom and Strackee).
-    """
-    a, b, c = (corners[:, k] - point for k in range(3))
-    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
-    top = np.einsum("ij,ij->i", a, np.cross(b, c))
-    dot = np.einsum
-    bottom = la * lb * lc + dot("ij,ij->i", a, b) * lc
-    bottom += dot("ij,ij->i", b, c) * la + dot("ij,ij->i", c, a) * lb
-    return round(float(np.arctan2(top, bottom).sum()) / (2.0 * np.pi))
+
+def _edges(t: Indices) -> Indices:
+    """Directed edges between different places, (k, 2)."""
+    edges = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
+    return edges[edges[:, 0] != edges[:, 1]]

@@ -181,11 +181,15 @@ def test_verify_refuses_meshes_for_several_and_what_is_none(capsys, copied):
     status, out, err = run(capsys, "verify", *files, "--meshes", copied / "m.npz")
     assert (status, out) == (2, "")
     assert "--meshes goes with one certificate" in err
-    for wrong, saying in (("none.json", "no such file"), ("out.json", "is no path")):
+    for wrong, expected, saying in (
+        ("none.json", 2, "cannot be read: No such file or directory"),
+        ("out.json", 1, "not a certificate: not in the format"),
+        ("", 2, "is no ordinary file"),
+    ):
         status, out, err = run(capsys, "verify", *files, copied / wrong)
-        assert (status, out) == (2, "")
-        assert f"{copied / wrong}" in err
-        assert saying in err
+        assert (status, err) == (expected, "")
+        assert f"REJECTED {copied / wrong}: {saying}" in out
+        assert all(f"ACCEPTED {file}: " in out for file in files)
 
 
 def test_one_plan_has_the_file_itself_and_no_name_is_lost(capsys, tmp_path):

@@ -27,11 +27,12 @@ from borecheck.motion.search import search
 from borecheck.plans.corridor import SLACK, Corridor
 from borecheck.verify.check import verify
 from borecheck.verify.passage import StatedCorridor
+from borecheck.verify.statement import Passage as StatedPassage
 
 Array = NDArray[np.float64]
 Document = dict[str, Any]
 
-RADIUS = 0.001
+RADIUS = 0.0007  # half a millimetre square, from its middle to a corner
 LENGTH = 0.05
 CORRIDOR = Corridor(np.zeros(3), np.array([0.0, 0.0, -LENGTH]), RADIUS)
 # A stand-off, the entry, the target; with a small tilt about a point above the tip.
@@ -72,7 +73,7 @@ def problem() -> PathProblem:
         Body("needle", NEEDLE.moved(down), 1),
         Body("holder", HOLDER.moved(down), 1),
     )
-    obstacles = (Body("body", _joined("body", BODY, FOLD)),)
+    obstacles = (Body("body", _joined("body", BODY, FOLD), role="patient"),)
     return PathProblem(chain, parts, obstacles, passages=(Passage(0, 0, CORRIDOR),))
 
 
@@ -80,7 +81,8 @@ def problem() -> PathProblem:
 def document(problem: PathProblem) -> Document:
     outcome = search(problem, WAYPOINTS)
     assert outcome.verdict == "clear", outcome.reason
-    written = certificate(problem, WAYPOINTS, outcome)
+    about = {"plan": {"name": "liver", **corridor_record(CORRIDOR)}}
+    written = certificate(problem, WAYPOINTS, outcome, about)
     assert written is not None
     assert len(written["passages"][0]["intervals"]) > 8
     return written
@@ -101,7 +103,7 @@ def test_it_holds_and_says_what_is_allowed(
     assert found.not_covered == ()
     assert found.passages == (
         "needle in body from (0.0, 0.0, 0.0) to (0.0, 0.0, -50.0) mm, "
-        "3.00 mm beside it and 2 mm beyond its ends",
+        "2.70 mm beside it and 2 mm beyond its ends",
     )
 
 
@@ -244,7 +246,9 @@ def test_contact_is_allowed_in_the_named_plans_corridor_only(
         problems = verify(_named(problem, other), meshes).problems
         assert problems == ("the corridor is not that of the plan 'liver'",)
     nameless = verify(_named(problem, None), meshes)
-    assert nameless.problems == ("it allows contact, but names no needle plan",)
+    assert nameless.problems == (
+        "needle and body: it allows contact, but names no needle plan",
+    )
 
 
 @pytest.mark.parametrize("about", [[], "liver", {"plan": {}}, {"plan": "liver"}])
@@ -255,15 +259,40 @@ def test_names_that_are_none_are_rejected(
     assert not verify({**content, "sha256": digest(content)}, meshes).accepted
 
 
-def test_a_certificate_of_earlier_days_has_no_passages(
-    problem: PathProblem, meshes: list[Any]
+def _wide(d: Document) -> None:
+    d["radius_m"] = 1.5 * RADIUS
+
+
+def _loose(d: Document) -> None:
+    d["slack_m"] = 3e-3
+
+
+def _thick(d: Document) -> None:
+    d["radius_m"] = 6e-3
+
+
+@pytest.mark.parametrize("change", [_wide, _loose, _thick])
+def test_a_corridor_is_no_wider_than_the_needle(
+    change: Callable[[Document], None], document: Document, meshes: list[Any]
 ) -> None:
-    holder = PathProblem(problem.chain, problem.parts[1:], problem.obstacles)
-    written = certificate(holder, WAYPOINTS, search(holder, WAYPOINTS))
-    assert written is not None
-    del written["passages"]
-    written["sha256"] = digest({k: v for k, v in written.items() if k != "sha256"})
-    assert verify(written, meshes).accepted
+    """Even if the plan says so, too: an arm is no needle, and a bore no corridor."""
+    changed = copy.deepcopy(document)
+    for record in (_passage(changed), changed["about"]["plan"]):
+        change(record)
+    content = {name: value for name, value in changed.items() if name != "sha256"}
+    found = verify({**content, "sha256": digest(content)}, meshes)
+    assert not found.accepted
+    assert all("corridor is" in text for text in found.problems)
+
+
+@pytest.mark.parametrize("role", ["scanner", "other", "couch", "robot"])
+def test_contact_is_allowed_with_a_patient_alone(
+    role: str, document: Document, meshes: list[Any]
+) -> None:
+    changed = copy.deepcopy(document)
+    changed["bodies"][2]["role"] = role
+    content = {name: value for name, value in changed.items() if name != "sha256"}
+    assert not verify({**content, "sha256": digest(content)}, meshes).accepted
 
 
 def test_both_sides_agree_about_random_needles(rng: np.random.Generator) -> None:
@@ -288,13 +317,8 @@ def test_both_sides_agree_about_random_needles(rng: np.random.Generator) -> None
         flat = corners.reshape(-1, 3)
         depth, aside = (c.reshape(1, -1, 3) for c in corridor.coordinates(flat))
         allowed = Approach(patient, corridor).allows(Slabs.of(depth, aside, grow))
-        record = {
-            "entry": [0.0, 0.0, 0.0],
-            "target": target.tolist(),
-            "radius_m": RADIUS,
-            "slack_m": SLACK,
-        }
-        stated = StatedCorridor(record, patient.mesh.corners)
+        passage = StatedPassage(0, 1, np.zeros(3), target, RADIUS, SLACK, np.empty(0))
+        stated = StatedCorridor(passage, patient.mesh.corners)
         assert allowed == (stated.why_not(corners, grow) == "")
         count[allowed] += 1
     assert min(count.values()) > 20

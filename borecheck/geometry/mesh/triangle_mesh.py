@@ -48,10 +48,16 @@ class TriangleMesh:
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of the numbers (not of the name): the identity in reports and caches."""
-        digest = sha256()
-        digest.update(self.vertices.tobytes())
-        digest.update(self.triangles.tobytes())
+        """Hash of the arrays (not of the name): the identity in reports and caches.
+
+        Over type, shape and data of both: the bytes alone would be the same if numbers
+        moved from one array to the other.
+        """
+        digest = sha256(b"borecheck mesh 2\n")
+        for values, kind in ((self.vertices, "<f8"), (self.triangles, "<i8")):
+            rows, columns = values.shape
+            digest.update(f"{kind} {rows} {columns}\n".encode())
+            digest.update(values.astype(kind, copy=False).tobytes())
         return digest.hexdigest()
 
     @cached_property
