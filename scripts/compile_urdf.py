@@ -14,6 +14,7 @@ from lxml import etree
 from make_meshes import descriptions
 
 from borecheck.robots.description import Description
+from borecheck.robots.urdf.reach import ANYWHERE
 from borecheck.robots.urdf.xacro import expand
 
 
@@ -51,7 +52,7 @@ def compiled(description: Description) -> Iterator[tuple[Path, str]]:
 def plain(path: Path, arguments: dict[str, str]) -> str:
     """URDF text without comments, but for one that says where it comes from."""
     parser = etree.XMLParser(remove_comments=True, remove_blank_text=True)
-    robot = etree.fromstring(expand(path, arguments).text.encode(), parser)
+    robot = etree.fromstring(expand(path, arguments, ANYWHERE).text.encode(), parser)
     given = " ".join(f"{name}:={value}" for name, value in arguments.items())
     robot.insert(0, etree.Comment(f" made from {path.name} {given} "))
     etree.indent(robot, "  ")

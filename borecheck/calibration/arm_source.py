@@ -9,6 +9,7 @@ from borecheck.calibration.setup import CalibrationSetup, setup_of
 from borecheck.errors import UnknownNameError
 from borecheck.robots.description import RobotDescription, installed, installed_names
 from borecheck.robots.robot import complete_arguments, read_urdf
+from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
 from borecheck.robots.urdf.tree import UrdfTree, parse
 
 
@@ -34,7 +35,7 @@ class Subject:
 def read_subject(
     name: str,
     arguments: Mapping[str, str],
-    package_paths: Sequence[Path] = (),
+    roots: Roots = NO_ROOTS,
     world: str | None = None,
     tip: str | None = None,
     target: Sequence[float] | None = None,
@@ -44,7 +45,7 @@ def read_subject(
     Args:
         name: Installed robot, or a path.
         arguments: Xacro arguments.
-        package_paths: Roots for `$(find ...)`.
+        roots: Where files it names may lie beside its own folder tree.
         world: Link in whose frame points are measured; by default the set-up's.
         tip: Link that carries the target; by default the set-up's.
         target: In the tip link's frame, (3,), [m]; by default the set-up's.
@@ -54,13 +55,13 @@ def read_subject(
         description: RobotDescription = installed("robots", "robot", name)
         complete = complete_arguments(description, arguments)
         path = description.xacro
-        text, _ = read_urdf(path, complete, package_paths)
+        text, _ = read_urdf(path, complete, ANYWHERE)
         setup = setup_of(name)
     else:
         path = Path(name)
         if path.suffix not in (".urdf", ".xacro", ".xml") and not path.exists():
             raise UnknownNameError("robot", name, installed_names("robots"))
-        text, _ = read_urdf(path, arguments, package_paths)
+        text, _ = read_urdf(path, arguments, roots)
     if target is not None:
         x, y, z = target
         setup = replace(setup, target=(x, y, z))

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from borecheck.commands.common import add_allow_outside, roots_of
 from borecheck.commands.output import refuse_outputs
 from borecheck.commands.progress import say
 from borecheck.core.units import parse_angle, parse_length, parse_pair
@@ -56,6 +57,7 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
         help="xacro argument",
     )
     add("--package-path", action="append", default=[], type=Path, metavar="DIR")
+    add_allow_outside(add)
     add("--world", metavar="LINK", help="link in whose frame points are measured")
     add("--tip", metavar="LINK", help="link that carries the target")
     add("--target", metavar="X,Y,Z", help="the target in the tip link's frame")
@@ -113,9 +115,7 @@ def _subject(args: argparse.Namespace) -> "Subject":
             raise UsageError(f"--target {args.target!r} is not X,Y,Z")
         target = tuple(map(parse_length, parts))
     given = dict(parse_pair(text, "--arg") for text in args.arg)
-    return read_subject(
-        args.robot, given, args.package_path, args.world, args.tip, target
-    )
+    return read_subject(args.robot, given, roots_of(args), args.world, args.tip, target)
 
 
 def _simulate(args: argparse.Namespace) -> None:

@@ -1,7 +1,7 @@
 """Options that several commands share, and what they stand for."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from borecheck.robots.model import RobotModel
     from borecheck.robots.robot import Robot
     from borecheck.robots.scene import Scene
+    from borecheck.robots.urdf.reach import Roots
 
 
 # More would fill the memory before the first result.
@@ -59,6 +60,23 @@ def add_robot_options(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="root for package:// and $(find ...) (repeatable)",
     )
+    add_allow_outside(parser.add_argument)
+
+
+def add_allow_outside(add: Callable[..., object]) -> None:
+    """Whether a robot file may name any file of this computer."""
+    add(
+        "--allow-outside",
+        action="store_true",
+        help="files named by a robot file may lie outside its folder tree and roots",
+    )
+
+
+def roots_of(args: argparse.Namespace) -> "Roots":
+    """Where the files of a robot file may lie."""
+    from borecheck.robots.urdf.reach import Roots
+
+    return Roots(tuple(args.package_path), args.allow_outside)
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
@@ -122,7 +140,7 @@ def load(args: argparse.Namespace) -> "Robot":
             raise UsageError("--mount and --arg mount=... say the same: give one")
         arguments["mount"] = args.mount
     base = parse_pose(args.base) if args.base is not None else None
-    return robot_with(args.robot, arguments, args.level, base, args.package_path)
+    return robot_with(args.robot, arguments, args.level, base, roots_of(args))
 
 
 def load_surroundings(args: argparse.Namespace) -> "Scene":
@@ -135,7 +153,7 @@ def load_surroundings(args: argparse.Namespace) -> "Scene":
         args.level,
         args.obstacle,
         args.patient,
-        args.package_path,
+        roots_of(args),
     )
 
 

@@ -76,10 +76,11 @@ def _common(description: Description) -> dict[str, Any]:
 def _joints(description: Description) -> list[dict[str, Any]]:
     """Free joints in the order of q, from the URDF with default arguments."""
     from borecheck.robots.urdf.mimic import resolve
+    from borecheck.robots.urdf.reach import ANYWHERE
     from borecheck.robots.urdf.tree import parse
     from borecheck.robots.urdf.xacro import expand
 
-    tree = parse(expand(description.xacro).text, str(description.xacro))
+    tree = parse(expand(description.xacro, roots=ANYWHERE).text, str(description.xacro))
     follows = resolve(tree.joints)
     moving = [j for j in tree.joints if j.type != "fixed" and j.name not in follows]
     return [

@@ -5,6 +5,7 @@ import os
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -133,7 +134,7 @@ def _remembered(folder: Path) -> Settings:
 
 @lru_cache(maxsize=1)
 def _named(config: Path) -> Settings:
-    return read_settings(config)
+    return replace(read_settings(config), is_named=True)
 
 
 def _key(file: str, given: Mapping[str, Any], config: Path | None) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from borecheck.commands.common import add_allow_outside
 from borecheck.core.units import parse_pair
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.validation.codes import codes_of
@@ -20,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("files", nargs="*", metavar="FILE", help="URDF or xacro, folder, pattern, or -")
     add("--arg", action="append", metavar="NAME=VALUE", help="xacro argument")
     add("--package-path", action="append", metavar="DIR", help="root for package://")
+    add_allow_outside(add)
     add("--profile", choices=PROFILES, help="what the robot is for (collision)")
     add("--select", action="append", metavar="CODES", help="report only these")
     add("--ignore", action="append", metavar="CODES", help="leave these out")
@@ -78,6 +80,7 @@ def given_by(args: argparse.Namespace) -> dict[str, Any]:
         "profile": args.profile,
         "arguments": dict(parse_pair(text, "--arg") for text in args.arg or ()),
         "package_paths": args.package_path,
+        "allow_outside": args.allow_outside or None,
         "select": _codes("--select", args.select),
         "ignore": _codes("--ignore", args.ignore),
         "meshes": False if args.no_meshes else None,

@@ -37,6 +37,7 @@ from borecheck.robots.description import ROLES
 from borecheck.robots.model import RobotModel
 from borecheck.robots.parts import AS_DRAWN, collision_parts, links_without_collision
 from borecheck.robots.robot import exists, read_urdf
+from borecheck.robots.urdf.reach import NO_ROOTS, Roots
 
 Array = NDArray[np.float64]
 
@@ -107,9 +108,7 @@ class FileText:
         return f"{':'.join([str(self.path), *words])}{at}"
 
 
-def read_obstacle(
-    text: str, role: str, package_paths: Sequence[Path] = ()
-) -> FileObstacles:
+def read_obstacle(text: str, role: str, roots: Roots = NO_ROOTS) -> FileObstacles:
     """Obstacles from `FILE[:unit][:frame][@x,y,z[,r,p,y]]`.
 
     Raises:
@@ -129,7 +128,7 @@ def read_obstacle(
                 f"{typed.path} is in metres and in its own frame as every URDF: "
                 f"leave out :{word}"
             )
-        return _urdf_obstacles(typed.path, role, T_scene_file, package_paths)
+        return _urdf_obstacles(typed.path, role, T_scene_file, roots)
     return _mesh_obstacle(typed, role, T_scene_file)
 
 
@@ -289,10 +288,10 @@ def _far_patient(mesh: TriangleMesh) -> tuple[str, ...]:
 
 
 def _urdf_obstacles(
-    path: Path, role: str, T_scene_root: Array, package_paths: Sequence[Path]
+    path: Path, role: str, T_scene_root: Array, roots: Roots
 ) -> FileObstacles:
     """The links of a URDF, standing at zero or at the limit nearest to it."""
-    text, warnings = read_urdf(path, {}, package_paths)
+    text, warnings = read_urdf(path, {}, roots)
     model = RobotModel(text, str(path))
     q = model.check_limits(np.clip(0.0, model.lower, model.upper))
     placements = model.placements(q)
@@ -303,7 +302,7 @@ def _urdf_obstacles(
             place_mesh(T_scene_root @ placements[part.link], part.mesh),
             str(path),
         )
-        for part in collision_parts(model.tree, path, package_paths)
+        for part in collision_parts(model.tree, path, roots)
     )
     if not obstacles:
         raise UrdfError(path, "no link has collision geometry: no obstacle")

@@ -1,6 +1,5 @@
 """The collision geometry of a URDF: triangles per link, in the link's own frame."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +8,7 @@ from borecheck.geometry.mesh.primitives import box, capsule, cylinder, sphere
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.reading import read_mesh
 from borecheck.robots.urdf.package_paths import resolve
+from borecheck.robots.urdf.reach import NO_ROOTS, Roots
 from borecheck.robots.urdf.tree import (
     Box,
     Capsule,
@@ -37,7 +37,7 @@ class Part:
 
 
 def collision_parts(
-    tree: UrdfTree, file: Path | None, package_paths: Sequence[Path] = ()
+    tree: UrdfTree, file: Path | None, roots: Roots = NO_ROOTS
 ) -> tuple[Part, ...]:
     """All collision geometry, a part for each `<collision>`, in the file's order.
 
@@ -48,13 +48,13 @@ def collision_parts(
     Args:
         tree: The parsed robot.
         file: The file it came from: relative mesh names start there.
-        package_paths: Roots for `package://`.
+        roots: Where its meshes may lie beside its own folder tree.
 
     Raises:
-        MeshError: A mesh that is missing or cannot be read.
+        MeshError: A mesh that is missing, out of reach or cannot be read.
     """
     return tuple(
-        Part(link.name, _mesh(link, index, file, package_paths))
+        Part(link.name, _mesh(link, index, file, roots))
         for link in tree.links
         for index in range(len(link.collisions or link.visuals))
     )
@@ -67,20 +67,15 @@ def links_without_collision(tree: UrdfTree) -> tuple[str, ...]:
     )
 
 
-def _mesh(
-    link: Link, index: int, file: Path | None, package_paths: Sequence[Path]
-) -> TriangleMesh:
+def _mesh(link: Link, index: int, file: Path | None, roots: Roots) -> TriangleMesh:
     shapes = link.collisions or link.visuals
     name = link.name if len(shapes) == 1 else f"{link.name}[{index}]"
-    mesh = _shape(name, shapes[index].geometry, file, package_paths)
+    mesh = _shape(name, shapes[index].geometry, file, roots)
     return mesh.moved(shapes[index].origin)
 
 
 def _shape(
-    name: str,
-    geometry: Geometry,
-    file: Path | None,
-    package_paths: Sequence[Path],
+    name: str, geometry: Geometry, file: Path | None, roots: Roots
 ) -> TriangleMesh:
     match geometry:
         case Box():
@@ -92,22 +87,21 @@ def _shape(
         case Capsule():
             return capsule(name, geometry.radius, geometry.length)
         case Mesh():
-            path = _mesh_path(geometry.filename, file, package_paths)
+            path = _mesh_path(geometry.filename, name, file, roots)
             return _scaled(read_mesh(path, name=name), geometry.scale)
 
 
-def _mesh_path(
-    reference: str, file: Path | None, package_paths: Sequence[Path]
-) -> Path:
+def _mesh_path(reference: str, link: str, file: Path | None, roots: Roots) -> Path:
     base = file.parent if file is not None else Path.cwd()
-    found = resolve(reference, base, package_paths)
-    if found.path is None:
-        tried = ", ".join(str(path) for path in found.tried[:6]) or "nothing"
-        raise MeshError(
-            file or "robot",
-            f"mesh {reference!r} is not there: {found.problem} (tried: {tried})",
-        )
-    return found.path
+    found = resolve(reference, base, roots)
+    if found.path is not None:
+        return found.path
+    name = file or "robot"
+    if found.is_refused:
+        raise MeshError(name, f"mesh {reference!r}: {found.problem}", f"link {link!r}")
+    tried = ", ".join(str(path) for path in found.tried[:6]) or "nothing"
+    problem = f"mesh {reference!r} is not there: {found.problem} (tried: {tried})"
+    raise MeshError(name, problem, f"link {link!r}")
 
 
 def _scaled(mesh: TriangleMesh, scale: tuple[float, float, float]) -> TriangleMesh:

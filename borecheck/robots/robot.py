@@ -25,8 +25,9 @@ from borecheck.robots.parts import (
     collision_parts,
     links_without_collision,
 )
+from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
 from borecheck.robots.urdf.xacro import expand, is_xacro
-from borecheck.robots.urdf.xacro_cache import expanded_text
+from borecheck.robots.urdf.xacro.cache import expanded_text
 
 Array = NDArray[np.float64]
 
@@ -54,6 +55,7 @@ class Robot:
         T_scene_root: Placement of the root link in the scanner's frame.
         allowed_contacts: Pairs of links that may touch, with the reason.
         warnings: What the user should know about how it was read.
+        roots: Where files it names may lie beside its own folder tree.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Robot:
     T_scene_root: Array
     allowed_contacts: tuple[tuple[str, str, str], ...]
     warnings: tuple[str, ...]
+    roots: Roots = NO_ROOTS
 
     @cached_property
     def home(self) -> Array:
@@ -132,6 +135,7 @@ def load_robot(
     level: str = "coarse",
     base: ArrayLike | None = None,
     package_paths: Sequence[Path] = (),
+    allow_outside: bool = False,
     **arguments: str,
 ) -> Robot:
     """A robot by its installed name or from a URDF or xacro file.
@@ -142,6 +146,8 @@ def load_robot(
         base: T_scene_base (4, 4): where the robot's base frame stands in the
             scanner's frame; the identity by default.
         package_paths: Roots for `package://` and `$(find ...)`.
+        allow_outside: Whether the file may read files beyond its own folder tree and
+            the roots.
         **arguments: xacro arguments by name, for example mount="+90".
 
     Raises:
@@ -150,7 +156,8 @@ def load_robot(
         MeshError: A mesh is missing or damaged.
         UsageError: A base that is metres away, as millimetres taken for metres are.
     """
-    return robot_with(name, arguments, level, base, package_paths)
+    roots = Roots(tuple(map(Path, package_paths)), allow_outside)
+    return robot_with(name, arguments, level, base, roots)
 
 
 def robot_with(
@@ -158,7 +165,7 @@ def robot_with(
     arguments: Mapping[str, str],
     level: str = "coarse",
     base: ArrayLike | None = None,
-    package_paths: Sequence[Path] = (),
+    roots: Roots = NO_ROOTS,
 ) -> Robot:
     """As `load_robot`, for xacro arguments of any name (`level`, `base`, ...)."""
     if str(name) in installed_names("robots"):
@@ -166,9 +173,9 @@ def robot_with(
     path = Path(name)
     if path.suffix not in (".urdf", ".xacro", ".xml") and not exists(path):
         raise UnknownNameError("robot", str(name), installed_names("robots"))
-    text, warnings = read_urdf(path, arguments, package_paths)
+    text, warnings = read_urdf(path, arguments, roots)
     model = RobotModel(text, str(path))
-    parts = collision_parts(model.tree, path, package_paths)
+    parts = collision_parts(model.tree, path, roots)
     if not parts:
         raise UrdfError(path, "no link has collision geometry: nothing to check")
     T_scene_root = _checked_base(base)
@@ -184,6 +191,7 @@ def robot_with(
         T_scene_root=T_scene_root,
         allowed_contacts=(),
         warnings=warnings,
+        roots=roots,
     )
 
 
@@ -201,7 +209,7 @@ def _load_installed(
         file=description.xacro,
         urdf_text=text,
         model=model,
-        parts=collision_parts(model.tree, description.xacro),
+        parts=collision_parts(model.tree, description.xacro, ANYWHERE),
         T_scene_root=_placed_by_base_frame(model, description.base_frame, base),
         allowed_contacts=description.allowed_contacts,
         warnings=(),
@@ -246,7 +254,7 @@ def exists(path: Path) -> bool:
 
 
 def read_urdf(
-    path: Path, arguments: Mapping[str, str], package_paths: Sequence[Path]
+    path: Path, arguments: Mapping[str, str], roots: Roots = NO_ROOTS
 ) -> tuple[str, tuple[str, ...]]:
     """URDF text of a file, xacro expanded, and warnings about arguments.
 
@@ -268,7 +276,7 @@ def read_urdf(
         if arguments:
             raise UsageError(f"{path} is no xacro file, so it takes no arguments")
         return text, ()
-    expanded = expand(path, arguments, package_paths)
+    expanded = expand(path, arguments, roots)
     unused = tuple(f"argument {name} is not used by {path}" for name in expanded.unused)
     return expanded.text, unused
 

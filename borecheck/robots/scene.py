@@ -26,6 +26,7 @@ from borecheck.robots.obstacle_files import (
 )
 from borecheck.robots.parts import AS_DRAWN, collision_parts, links_without_collision
 from borecheck.robots.robot import build_installed, complete_arguments, exists
+from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
 
 Array = NDArray[np.float64]
 
@@ -107,6 +108,7 @@ def load_scene(
     obstacles: Sequence[str] = (),
     patients: Sequence[str] = (),
     package_paths: Sequence[Path] = (),
+    allow_outside: bool = False,
     **arguments: str,
 ) -> Scene:
     """A scene from an installed scanner's name or from mesh and URDF files.
@@ -118,13 +120,16 @@ def load_scene(
         obstacles: Further files in the same form, in the role `other`.
         patients: Further files in the role `patient`.
         package_paths: Roots for `package://`.
+        allow_outside: Whether a URDF may read files beyond its own folder tree and
+            the roots.
         **arguments: xacro arguments and joint positions of the scanner.
 
     Raises:
         UnknownNameError: No such scanner, argument or joint.
         MeshError: A mesh that cannot be read, or whose unit is off by 1000.
     """
-    return scene_with(name, arguments, level, obstacles, patients, package_paths)
+    roots = Roots(tuple(map(Path, package_paths)), allow_outside)
+    return scene_with(name, arguments, level, obstacles, patients, roots)
 
 
 def scene_with(
@@ -133,7 +138,7 @@ def scene_with(
     level: str = "coarse",
     obstacles: Sequence[str] = (),
     patients: Sequence[str] = (),
-    package_paths: Sequence[Path] = (),
+    roots: Roots = NO_ROOTS,
 ) -> Scene:
     """As `load_scene`, for arguments of any name (`level`, `obstacles`, ...)."""
     names = [name] if isinstance(name, str | Path) else list(name)
@@ -145,9 +150,9 @@ def scene_with(
         if len(names) == 1:
             _refuse_unknown_scanner(str(names[0]))
         scene = _empty(" + ".join(map(str, names)))
-        scene = _with_files(scene, [str(n) for n in names], "other", package_paths)
-    scene = _with_files(scene, obstacles, "other", package_paths)
-    return _with_files(scene, patients, "patient", package_paths)
+        scene = _with_files(scene, [str(n) for n in names], "other", roots)
+    scene = _with_files(scene, obstacles, "other", roots)
+    return _with_files(scene, patients, "patient", roots)
 
 
 def _refuse_unknown_scanner(name: str) -> None:
@@ -160,11 +165,9 @@ def _empty(name: str) -> Scene:
     return Scene(name, None, {}, "as given", (), {}, (), ())
 
 
-def _with_files(
-    scene: Scene, files: Sequence[str], role: str, package_paths: Sequence[Path]
-) -> Scene:
+def _with_files(scene: Scene, files: Sequence[str], role: str, roots: Roots) -> Scene:
     for text in files:
-        found = read_obstacle(text, role, package_paths)
+        found = read_obstacle(text, role, roots)
         scene = scene.with_obstacles(
             found.obstacles, found.warnings, found.not_modelled
         )
@@ -187,7 +190,7 @@ def _load_installed(name: str, level: str, given: Mapping[str, str]) -> Scene:
             place_mesh(placements[part.link], part.mesh),
             name,
         )
-        for part in collision_parts(model.tree, description.xacro)
+        for part in collision_parts(model.tree, description.xacro, ANYWHERE)
     )
     points = {point: placements[point] for point in description.points}
     values = {**arguments, **{n: repr(v) for n, v in positions.items()}}

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from borecheck.core.se3 import axis_rotation, inverse
 from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot, complete_arguments, read_urdf
+from borecheck.robots.urdf.reach import ANYWHERE
 from borecheck.robots.urdf.xacro import expand
 from borecheck.uncertainty.covariance import REGISTRATION, Uncertainty
 
@@ -116,10 +117,10 @@ def _with_argument(robot: Robot, name: str, by: float) -> RobotModel:
     changed = repr(float(robot.arguments[name]) + by)
     arguments = {**robot.arguments, name: changed}
     if robot.description is None:
-        text, _ = read_urdf(robot.file, arguments, ())
+        text, _ = read_urdf(robot.file, arguments, robot.roots)
     else:
         arguments = complete_arguments(robot.description, arguments)
-        text = expand(robot.file, arguments).text
+        text = expand(robot.file, arguments, ANYWHERE).text
     return RobotModel(text, str(robot.file))
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.errors import InputError, UnknownNameError, UsageError
+from borecheck.robots.urdf.reach import Roots, reach_of
 from borecheck.validation.codes import codes_of
 from borecheck.validation.options import (
     PROFILES,
@@ -59,12 +60,15 @@ class Settings:
         declared: Declared remote centres, tool axes and loops by key.
         per_file_ignore: Codes to leave out by file pattern.
         file: Where it stands.
+        is_named: Whether the user named the file; one that was only found beside a
+            robot may be a stranger's, too.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
     declared: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     per_file_ignore: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     file: Path | None = None
+    is_named: bool = False
 
 
 def find_settings(
@@ -121,8 +125,13 @@ def options_with(settings: Settings, given: Mapping[str, Any]) -> Options:
     Args:
         settings: What the configuration file says.
         given: Fields of `Options`; None means not given.
+
+    Raises:
+        InputError: The settings name a file beyond their own folder tree.
     """
     values = settings.values
+    if not (settings.is_named or given.get("allow_outside")):
+        _refuse_outside(settings)
     chosen: dict[str, Any] = {
         field_name: values[key] for key, field_name in _FIELDS.items() if key in values
     }
@@ -137,6 +146,18 @@ def options_with(settings: Settings, given: Mapping[str, Any]) -> Options:
         if chosen.get(name) is not None:
             chosen[name] = Path(chosen[name])
     return Options(**chosen)
+
+
+def _refuse_outside(settings: Settings) -> None:
+    """Settings that come with a robot name no other files than the robot may."""
+    for key in ("package-path", "srdf", "reference", "baseline"):
+        value = settings.values.get(key, ())
+        for entry in [value] if isinstance(value, str) else value:
+            file = settings.file or Path()
+            reach = reach_of(file.parent, Roots())
+            if not reach.holds(Path(entry)):
+                problem = f"{key}: {entry} leaves {reach.own}: name it by --{key}, "
+                raise InputError(file, problem + "or give --allow-outside")
 
 
 def _settings(table: dict[str, Any], path: Path) -> Settings:

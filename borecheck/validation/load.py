@@ -53,12 +53,13 @@ def _load_xacro(path: Path, raw: bytes, options: Options) -> Loaded:
     from borecheck.robots.urdf.xacro import expand
 
     try:
-        expanded = expand(path, options.arguments, options.package_paths)
+        expanded = expand(path, options.arguments, options.roots)
     except UrdfError as error:
         return _stopped("D110", error, str(path), options), ()
     robot, _ = _load(expanded.text, str(path), path.parent, options, expanded.places)
     if isinstance(robot, Robot):
         robot.holds_macros_only = not robot.links and b"xacro:macro" in raw
+        robot.found_packages = expanded.packages
         robot.notes["D111"] = [
             (None, f"argument {name!r} is not declared") for name in expanded.unused
         ]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.errors import UnknownNameError, UsageError
+from borecheck.robots.urdf.reach import Roots
 
 PROFILES = ("kinematics", "collision", "dynamics")
 
@@ -105,6 +106,7 @@ class Options:
         profile: Which severities hold: kinematics, collision or dynamics.
         arguments: Values of xacro arguments.
         package_paths: Roots for `package://` and `$(find)`.
+        allow_outside: Whether the file may read beyond its folder tree and the roots.
         select: Codes or beginnings of codes to report; all if empty.
         ignore: Codes or beginnings of codes to leave out.
         meshes: Whether mesh files are read.
@@ -129,6 +131,7 @@ class Options:
     profile: str = "collision"
     arguments: Mapping[str, str] = field(default_factory=dict)
     package_paths: tuple[Path, ...] = ()
+    allow_outside: bool = False
     select: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ()
     meshes: bool = True
@@ -153,6 +156,11 @@ class Options:
             raise UnknownNameError("profile", self.profile, PROFILES)
         for name in ("samples", "seed", "self_contact"):
             check_count(name, getattr(self, name))
+
+    @property
+    def roots(self) -> Roots:
+        """Where files that the robot names may lie."""
+        return Roots(self.package_paths, self.allow_outside)
 
     def wants(self, code: str) -> bool:
         """Whether findings of this code are to be reported."""

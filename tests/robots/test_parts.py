@@ -1,7 +1,5 @@
 """Collision geometry of a URDF: every shape, in the link's frame, never smaller."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,6 +8,7 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import write_stl
 from borecheck.geometry.triangles.solid import Side, is_inside
 from borecheck.robots.parts import collision_parts, links_without_collision
+from borecheck.robots.urdf.reach import Roots
 from borecheck.robots.urdf.tree import parse
 
 # STL holds float32: seven digits of coordinates below 1 m.
@@ -122,12 +121,12 @@ def test_packages_are_found_over_the_roots_given(tmp_path, wedge):
     write_stl(package / "w.stl", wedge)
     inside = collision("<mesh filename='package://pack/meshes/w.stl'/>")
     tree = robot(f"<link name='a'>{inside}</link>")
-    (part,) = collision_parts(tree, tmp_path / "r.urdf", [Path(tmp_path / "root")])
+    (part,) = collision_parts(tree, tmp_path / "r.urdf", Roots((tmp_path / "root",)))
     assert len(part.mesh.triangles) == 12
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     with pytest.raises(MeshError, match="pack"):
-        collision_parts(tree, elsewhere / "r.urdf", [])
+        collision_parts(tree, elsewhere / "r.urdf")
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 A reference is searched, in this order, under the roots the user gives, above the
 file that makes the reference (walking up to `package.xml`), and in the environment
 (ROS, ament, Gazebo). Nothing is guessed: what is found only by another spelling is
-named as a near miss, and what leaves its package is refused.
+named as a near miss, and what leaves the file's reach (`reach`) is refused.
 """
 
 import os
@@ -14,20 +14,18 @@ from functools import lru_cache
 from pathlib import Path
 from urllib.parse import unquote
 
-LEVELS_UP = 8  # how far above the referring file a package is looked for
-RELATIVE_LEVELS_UP = 3  # how far `../` may lead where no package.xml bounds it
+from borecheck.robots.urdf.reach import (
+    LEVELS_UP,
+    NO_ROOTS,
+    Reach,
+    Roots,
+    environment_roots,
+    manifest_of,
+    reach_of,
+)
+
 CRAWL_DEPTH = 4  # how deep below a given root a package.xml is looked for
 CRAWL_LIMIT = 5000  # directories visited at most, so that a root of / ends
-
-# Each variable and what is appended to its entries before the package's name.
-ENVIRONMENT = (
-    ("BORECHECK_PACKAGE_PATH", ""),
-    ("ROS_PACKAGE_PATH", ""),
-    ("AMENT_PREFIX_PATH", "share"),
-    ("CMAKE_PREFIX_PATH", "share"),
-    ("GZ_SIM_RESOURCE_PATH", ""),
-    ("GAZEBO_MODEL_PATH", ""),
-)
 
 _NAME_TAG = re.compile(r"<name[^>]*>\s*([^<\s]+)\s*</name>")
 
@@ -42,6 +40,7 @@ class Resolution:
         tried: Every path that was looked at, in order.
         problem: Why there is no path, in one line; None if there is one.
         near_miss: A file that exists under another spelling (case, backslash).
+        is_refused: Whether the reference leads out of what the file may read.
     """
 
     reference: str
@@ -49,12 +48,13 @@ class Resolution:
     tried: tuple[Path, ...]
     problem: str | None = None
     near_miss: Path | None = None
+    is_refused: bool = False
 
 
 def resolve(
     reference: str,
     base: Path,
-    roots: Sequence[Path] = (),
+    roots: Roots = NO_ROOTS,
     environment: Mapping[str, str] | None = None,
 ) -> Resolution:
     """The file that a mesh (or include) reference means.
@@ -66,7 +66,8 @@ def resolve(
         environment: Where the search variables stand; the process's by default.
 
     Returns:
-        The resolution; its path exists and is a regular file, or it is None.
+        The resolution; its path exists, is a regular file within the reach of the
+        file, or it is None.
     """
     text = reference.strip()
     if text != reference:  # no library trims it, so the file is not found
@@ -74,59 +75,65 @@ def resolve(
         miss = trimmed.path or trimmed.near_miss
         problem = "white space around the name"
         return Resolution(reference, None, trimmed.tried, problem, miss)
-    base, roots = base.absolute(), [Path(root).absolute() for root in roots]
+    base = base.absolute()
+    reach = reach_of(base, roots, environment)
     scheme, mark, rest = text.partition("://")
     if not mark or scheme not in ("package", "model", "file"):
         if mark and "/" not in scheme:
             return Resolution(reference, None, (), f"scheme {scheme}:// is not a file")
-        return _choose(reference, list(_plain_candidates(text, base, roots)))
+        return _choose(reference, list(_plain_candidates(text, base, roots)), reach)
     if scheme == "file":
-        return _choose(reference, [(Path(unquote(rest)), None)])
+        return _choose(reference, [Path(unquote(rest))], reach)
     package, _, inside = rest.partition("/")
     if not package and inside:
-        return _without_empty_package(reference, inside, base, roots)
+        return _without_empty_package(reference, inside, base, roots, environment)
     found = package_folders(package, base, roots, environment)
-    return _choose(reference, [(folder / inside, folder) for folder in found])
+    return _choose(reference, [folder / inside for folder in found], reach)
 
 
 def find_package(
     package: str,
     base: Path,
-    roots: Sequence[Path] = (),
+    roots: Roots = NO_ROOTS,
     environment: Mapping[str, str] | None = None,
-) -> tuple[Path | None, tuple[Path, ...]]:
-    """The folder of a package, and every folder that was tried."""
-    tried: list[Path] = []
-    for folder in package_folders(package, base, roots, environment):
-        tried.append(folder)
-        if _is(folder, Path.is_dir):
-            return folder, tuple(tried)
-    return None, tuple(tried)
+) -> Resolution:
+    """The folder of a package within reach of a file in `base`."""
+    reach = reach_of(base, roots, environment)
+    tried = tuple(map(_normal, package_folders(package, base, roots, environment)))
+    there = [folder for folder in tried if _is(folder, Path.is_dir)]
+    for folder in there:
+        if reach.holds(folder):
+            return Resolution(package, folder, tried)
+    if there:
+        return Resolution(
+            package, None, tried, reach.refusal(there[0]), is_refused=True
+        )
+    return Resolution(package, None, tried, "no such package")
 
 
 def package_folders(
     package: str,
     base: Path,
-    roots: Sequence[Path] = (),
+    roots: Roots = NO_ROOTS,
     environment: Mapping[str, str] | None = None,
 ) -> Iterator[Path]:
     """Folders that may be the package, best first; not all of them exist."""
     if not package or package in (".", ".."):
         return
-    yield from _below_roots(package, roots)
+    folders = [Path(folder).absolute() for folder in roots.folders]
+    yield from _below_roots(package, folders)
     yield from _above(package, base)
     env = os.environ if environment is None else environment
-    for variable, share in ENVIRONMENT:
-        for entry in filter(None, env.get(variable, "").split(os.pathsep)):
-            yield Path(entry) / share / package
-            if Path(entry).name == package:
-                yield Path(entry)
-    for root in roots:
-        yield from _crawled(Path(root), package)
+    for root, entry in environment_roots(env):
+        yield root / package
+        if entry.name == package:
+            yield entry
+    for folder in folders:
+        yield from _crawled(folder, package)
 
 
 def _below_roots(package: str, roots: Sequence[Path]) -> Iterator[Path]:
-    for root in map(Path, roots):
+    for root in roots:
         if root.name == package or _package_name(root) == package:
             yield root
         yield root / package
@@ -141,41 +148,43 @@ def _above(package: str, base: Path) -> Iterator[Path]:
         yield folder / package
 
 
-def _plain_candidates(
-    text: str, base: Path, roots: Sequence[Path]
-) -> Iterator[tuple[Path, Path | None]]:
+def _plain_candidates(text: str, base: Path, roots: Roots) -> Iterator[Path]:
     if Path(text).is_absolute():
-        yield Path(text), None
+        yield Path(text)
         return
-    yield base / text, _bound(base)
-    for root in roots:
-        yield Path(root) / text, Path(root)
+    yield base / text
+    for root in roots.folders:
+        yield Path(root).absolute() / text
 
 
-def _bound(base: Path) -> Path:
-    """The folder that a relative reference may not leave."""
-    start = base.absolute()
-    above = [start, *start.parents]
-    for folder in above[:LEVELS_UP]:
-        if _is(folder / "package.xml", Path.is_file):
-            return folder.parent  # a sister package is a common, honest reference
-    return above[min(RELATIVE_LEVELS_UP, len(above) - 1)]
-
-
-def _choose(
-    reference: str, candidates: Sequence[tuple[Path, Path | None]]
-) -> Resolution:
+def _choose(reference: str, candidates: Sequence[Path], reach: Reach) -> Resolution:
+    """The first candidate that is a file, of those within reach."""
     tried: list[Path] = []
-    for path, bound in candidates:
-        path = Path(os.path.normpath(path))
-        if bound is not None and not path.is_relative_to(os.path.normpath(bound)):
-            problem = f"the path leaves {bound}, so it is not followed"
-            return Resolution(reference, None, (*tried, path), problem)
+    beyond: list[Path] = []
+    for path in map(_normal, candidates):
         tried.append(path)
-        if _is(path, Path.is_file):
+        if not reach.holds(path):
+            beyond.append(path)
+        elif _is(path, Path.is_file):
             return Resolution(reference, path, tuple(tried))
-    problem = _problem(tried)
-    return Resolution(reference, None, tuple(tried), problem, _near_miss(tried))
+    refused = _refused(tried, beyond)
+    if refused is not None:
+        problem = reach.refusal(refused)
+        return Resolution(reference, None, tuple(tried), problem, is_refused=True)
+    within = [path for path in tried if path not in beyond]
+    miss = _near_miss(within, reach)
+    return Resolution(reference, None, tuple(tried), _problem(within), miss)
+
+
+def _refused(tried: Sequence[Path], beyond: Sequence[Path]) -> Path | None:
+    """What a reference asks for beyond its reach: all of it, or a folder there is."""
+    if beyond and len(beyond) == len(tried):
+        return beyond[0]
+    return next((path for path in beyond if _is(path.parent, Path.is_dir)), None)
+
+
+def _normal(path: Path) -> Path:
+    return Path(os.path.normpath(path))
 
 
 def _problem(tried: list[Path]) -> str:
@@ -188,32 +197,34 @@ def _problem(tried: list[Path]) -> str:
 
 
 def _without_empty_package(
-    reference: str, inside: str, base: Path, roots: Sequence[Path]
+    reference: str,
+    inside: str,
+    base: Path,
+    roots: Roots,
+    environment: Mapping[str, str] | None,
 ) -> Resolution:
     """`package:///pkg/file`: a slash too many; what it would be without is named."""
-    package, _, rest = inside.partition("/")
-    found = [(f / rest, f) for f in package_folders(package, base, roots)]
-    meant = _choose(reference, found)
+    meant = resolve(f"package://{inside}", base, roots, environment)
     problem = "the package's name is missing (three slashes?)"
     return Resolution(reference, None, meant.tried, problem, meant.path)
 
 
-def _near_miss(tried: list[Path]) -> Path | None:
+def _near_miss(tried: list[Path], reach: Reach) -> Path | None:
     for path in tried:
         if "\\" in str(path):
-            straight = Path(os.path.normpath(str(path).replace("\\", "/")))
-            if _is(straight, Path.is_file):
+            straight = _normal(Path(str(path).replace("\\", "/")))
+            if reach.holds(straight) and _is(straight, Path.is_file):
                 return straight
-        other = _other_case(path)
-        if other is not None:
+        other = _other_case(path, reach)
+        if other is not None and reach.holds(other):
             return other
     return None
 
 
-def _other_case(path: Path) -> Path | None:
+def _other_case(path: Path, reach: Reach) -> Path | None:
     """The existing file whose path differs only by upper and lower case."""
     existing = next((p for p in path.parents if _is(p, Path.is_dir)), None)
-    if existing is None or existing == path.parents[-1]:
+    if existing is None or existing == path.parents[-1] or not reach.holds(existing):
         return None
     current = existing
     for part in path.relative_to(existing).parts:
@@ -253,10 +264,10 @@ def _packages_below(root: str) -> dict[str, Path]:
 
 @lru_cache(maxsize=4096)
 def _package_name(folder: Path) -> str | None:
-    manifest = folder / "package.xml"
+    manifest = manifest_of(folder)
+    if manifest is None:
+        return None
     try:
-        if not manifest.is_file():
-            return None
         with manifest.open(encoding="utf-8", errors="replace") as stream:
             match = _NAME_TAG.search(stream.read(65536))
     except OSError:

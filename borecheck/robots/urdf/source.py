@@ -176,8 +176,8 @@ def read(
     raw, defects = _mend_version(raw)
     root, more = _parse(raw, file)
     _drop_default_namespace(root)
-    _check_limits(root, file)
     text = data if isinstance(data, str) else _decoded(raw)
+    _check_limits(root, text, file)
     return Source(file, text, root, (*defects, *more), tuple(origins))
 
 
@@ -315,12 +315,16 @@ def _plain(message: str | None) -> str:
     return re.sub(r", line \d+, column \d+$", "", text)
 
 
-def _check_limits(root: Any, file: str) -> None:
-    dtd = root.getroottree().docinfo.internalDTD
-    if dtd is not None and (list(dtd.iterentities()) or list(dtd.iterelements())):
-        raise UrdfError(
-            file, "declares XML entities; refused (they can expand forever)"
-        )
+def _is_bare_doctype(text: str) -> bool:
+    """Whether a document type is no more than `<!DOCTYPE robot>`."""
+    bare = r"\s+[^\s<>\[\]\"']+\s*>"
+    return all(re.match(bare, rest) for rest in text.split("<!DOCTYPE")[1:])
+
+
+def _check_limits(root: Any, text: str, file: str) -> None:
+    if root.getroottree().docinfo.doctype and not _is_bare_doctype(text):
+        problem = "has a document type (DOCTYPE) with entities or files; refused"
+        raise UrdfError(file, problem)
     count, stack = 0, [(root, 1)]
     while stack:
         element, depth = stack.pop()

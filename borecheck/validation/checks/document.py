@@ -49,8 +49,8 @@ def standard(robot: Robot) -> Iterator[Any]:
 def unreadable(robot: Robot) -> Iterator[Hit]:
     """The file cannot be read, or is refused because it could do harm.
 
-    Why: A file that is missing, empty, larger than 50 MB, nested without end or that
-    declares XML entities is not read further; nothing else about it was checked.
+    Why: A file that is missing, empty, larger than 50 MB, nested without end or whose
+    DOCTYPE declares something is not read further; nothing else about it was checked.
 
     Mend: Give a readable URDF or xacro file without entity declarations.
 

@@ -53,8 +53,8 @@ def mesh_not_found(robot: Robot) -> Iterator[Hit]:
         found = resolution_of(robot, shape.filename)
         if found.path is not None or found.near_miss is not None:
             continue
-        if found.problem and "leaves" in found.problem:
-            continue
+        if found.is_refused:
+            continue  # G504 says so
         tried = ", ".join(str(path) for path in found.tried[:8]) or "nothing"
         message = f"{shape.filename!r}: {found.problem}; tried {tried}"
         yield Hit(shape.shape, message, "filename", for_collision(shape))
@@ -86,24 +86,27 @@ def mesh_absolute_path(robot: Robot) -> Iterator[Hit]:
     Mend: Use package://PACKAGE/... or a path relative to the file.
     """
     for shape in shapes(robot):
-        if shape.filename is not None and _is_absolute(shape.filename):
+        if shape.filename is None or robot.is_by_find(shape.filename):
+            continue
+        if _is_absolute(shape.filename):
             message = f"{shape.filename!r} is an absolute path"
             yield Hit(shape.shape, message, "filename")
 
 
 @check("G504", "mesh-path-escapes", "geometry", "EEE")
 def mesh_path_escapes(robot: Robot) -> Iterator[Hit]:
-    """A mesh path leads out of its package.
+    """A mesh path leads out of the file's own folder tree.
 
     Why: A stranger's file has no business elsewhere on this computer; the path is not
     followed.
 
-    Mend: Keep the meshes inside the package.
+    Mend: Keep the meshes inside the package; or name the folder they are in with
+    --package-path, or allow every file with --allow-outside.
     """
     for shape in shapes(robot):
         if shape.filename is not None:
             found = resolution_of(robot, shape.filename)
-            if found.path is None and found.problem and "leaves" in found.problem:
+            if found.is_refused:
                 message = f"{shape.filename!r}: {found.problem}"
                 yield Hit(shape.shape, message, "filename")
 

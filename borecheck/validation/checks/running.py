@@ -71,8 +71,9 @@ def _with_places(robot: Robot) -> Any:
     for mesh in root.iter("mesh"):
         name = mesh.get("filename") or ""
         path = resolution_of(robot, name).path if name.strip() else None
-        if path is not None:
-            mesh.set("filename", f"file://{path.absolute()}")
+        # What was not found, or refused, is not to be found by a library either.
+        place = "not-found" if path is None else str(path.absolute())
+        mesh.set("filename", f"file://{place}")
     return root
 
 

@@ -219,6 +219,7 @@ class Robot:
         folder: Where relative mesh names start.
         notes: What reading the file left to say, by code: (element, message).
         holds_macros_only: A xacro file that defines macros and no robot.
+        found_packages: Folders that `$(find ...)` of a xacro stood for.
     """
 
     file: str
@@ -227,6 +228,12 @@ class Robot:
     folder: Path
     notes: dict[str, list[tuple[Any, str]]] = field(default_factory=dict)
     holds_macros_only: bool = False
+    found_packages: tuple[str, ...] = ()
+
+    def is_by_find(self, filename: str) -> bool:
+        """Whether a file is absolute only because `$(find ...)` made it so."""
+        path = filename.removeprefix("file://")
+        return any(path.startswith(f"{folder}/") for folder in self.found_packages)
 
     @property
     def root(self) -> Any:

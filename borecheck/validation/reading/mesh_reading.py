@@ -11,7 +11,7 @@ from borecheck.validation.reading.mesh_facts import MeshFacts, facts_of
 
 def resolution_of(robot: Robot, reference: str) -> Resolution:
     """Where a reference leads, remembered."""
-    roots = robot.options.package_paths
+    roots = robot.options.roots
     found: Resolution = robot.remembered(
         "resolutions", reference, lambda: resolve(reference, robot.folder, roots)
     )

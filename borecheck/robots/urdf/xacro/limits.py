@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-MAX_MEMORY_BYTES = 1_000_000_000  # beyond what is in use; a large robot needs 50 MB
-MAX_SECONDS = 60.0  # the largest public robots take two
+MAX_MEMORY_BYTES = 500_000_000  # beyond what is in use; a large robot needs 50 MB
+MAX_SECONDS = 20.0  # the largest public robots take two
 MAX_RANGE = 1_000_000
 
 

@@ -7,6 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from borecheck.core import cache
+from borecheck.robots.urdf.reach import ANYWHERE
 from borecheck.robots.urdf.xacro import expand
 
 _log = logging.getLogger(__name__)
@@ -32,7 +33,7 @@ def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
     stored = _read(file)
     if stored is not None:
         return stored
-    expanded = expand(path, arguments)
+    expanded = expand(path, arguments, ANYWHERE)
     document = {
         "text": expanded.text,
         "files": {str(source): _hash(source) for source in expanded.files},
