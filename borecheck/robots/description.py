@@ -7,6 +7,7 @@ Hooks are texts `module:function`, imported only when they are needed.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -192,6 +193,21 @@ def hook(reference: str) -> Callable[..., Any]:
 def installed_names(group: str) -> list[str]:
     """Names in the entry-point group `borecheck.<group>`, sorted."""
     return sorted(_entries(group))
+
+
+@cache
+def installed_folders() -> tuple[Path, ...]:
+    """Folders of all installed descriptions, and of the meshes shipped with them."""
+    found: list[Path] = []
+    for group in ("robots", "scanners"):
+        for name in installed_names(group):
+            try:
+                description: Description = installed(group, group, name)
+            except (ImportError, AttributeError):
+                continue  # a plug-in that cannot be loaded brings no files
+            found.append(description.xacro.parent)
+            found += [] if description.shipped is None else [description.shipped]
+    return tuple(found)
 
 
 def installed(group: str, kind: str, name: str) -> Any:

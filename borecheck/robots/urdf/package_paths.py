@@ -167,7 +167,7 @@ def _choose(reference: str, candidates: Sequence[Path], reach: Reach) -> Resolut
             beyond.append(path)
         elif _is(path, Path.is_file):
             return Resolution(reference, path, tuple(tried))
-    refused = _refused(tried, beyond)
+    refused = next((path for path in beyond if _is_refused(reference, path)), None)
     if refused is not None:
         problem = reach.refusal(refused)
         return Resolution(reference, None, tuple(tried), problem, is_refused=True)
@@ -176,11 +176,13 @@ def _choose(reference: str, candidates: Sequence[Path], reach: Reach) -> Resolut
     return Resolution(reference, None, tuple(tried), _problem(within), miss)
 
 
-def _refused(tried: Sequence[Path], beyond: Sequence[Path]) -> Path | None:
-    """What a reference asks for beyond its reach: all of it, or a folder there is."""
-    if beyond and len(beyond) == len(tried):
-        return beyond[0]
-    return next((path for path in beyond if _is(path.parent, Path.is_dir)), None)
+def _is_refused(reference: str, path: Path) -> bool:
+    """Whether a reference beyond reach is refused; else it is only not there.
+
+    One that climbs out is, whatever it would meet.
+    """
+    climbs = ".." in reference.replace("\\", "/").split("/")
+    return climbs or _is(path, Path.exists)
 
 
 def _normal(path: Path) -> Path:

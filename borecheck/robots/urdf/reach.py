@@ -7,7 +7,8 @@ YAML. It may name what belongs to it, and nothing else on the computer:
   in the same workspace folder;
 - without one: its own folder, the folders for meshes and textures beside that, and all
   of the folder above if its own is called `urdf` or `xacro`;
-- the roots that the user gives (`--package-path`) or has set up (ROS_PACKAGE_PATH ...).
+- the roots that the user gives (`--package-path`) or has set up (ROS_PACKAGE_PATH ...);
+- what is installed with borecheck: descriptions of robots and scanners, their meshes.
 
 Links are followed before that is asked. The package that a linked `package.xml` stands
 in counts too, for a workspace installed by links points back to its sources.
@@ -75,7 +76,11 @@ class Reach:
         real = _real(path)
         if real is None:
             return False
-        return self._within(real) or self._within_linked_package(path, real)
+        return (
+            self._within(real)
+            or self._within_linked_package(path, real)
+            or any(real.is_relative_to(folder) for folder in _installed_folders())
+        )
 
     def refusal(self, path: Path) -> str:
         """Why a file is not read, in one line."""
@@ -145,6 +150,15 @@ def manifest_of(folder: Path) -> Path | None:
     except (OSError, RuntimeError, ValueError):  # nothing there, or links in a circle
         return None
     return manifest if is_one else None
+
+
+def _installed_folders() -> Iterator[Path]:
+    """Folders of the installed descriptions and of the meshes made for them."""
+    from borecheck.core.cache import cache_folder
+    from borecheck.robots.description import installed_folders
+
+    for folder in (*installed_folders(), cache_folder() / "meshes"):
+        yield folder.resolve()
 
 
 def _package_above(base: Path) -> Path | None:

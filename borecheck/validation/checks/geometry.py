@@ -108,7 +108,7 @@ def mesh_path_escapes(robot: Robot) -> Iterator[Hit]:
             found = resolution_of(robot, shape.filename)
             if found.is_refused:
                 message = f"{shape.filename!r}: {found.problem}"
-                yield Hit(shape.shape, message, "filename")
+                yield Hit(shape.shape, message, "filename", for_collision(shape))
 
 
 @check("G509", "scale-zero", "geometry", "EEE")
