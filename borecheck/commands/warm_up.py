@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from borecheck.commands.progress import say
 from borecheck.core.cache import cache_folder
+from borecheck.core.private_folder import make_private
 
 if TYPE_CHECKING:
     from borecheck.contact.check import Settings
@@ -37,7 +38,7 @@ def announce_compilation() -> None:
         "this takes a minute or two ..."
     )
     try:
-        mark.parent.mkdir(parents=True, exist_ok=True)
+        make_private(mark.parent)
         mark.touch()
     except OSError as error:
         say(f"borecheck: {mark.parent} cannot be written ({error.strerror})")

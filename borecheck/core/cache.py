@@ -4,14 +4,19 @@ A cache file is never trusted: a damaged one is named in a warning and ignored, 
 whoever asked builds the result again.
 """
 
+import atexit
 import logging
 import os
+import shutil
 import tempfile
 import zipfile
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from borecheck.core.private_folder import make_private, not_private
 
 _log = logging.getLogger(__name__)
 
@@ -23,8 +28,18 @@ def cache_folder() -> Path:
 
     `BORECHECK_CACHE` if set, else `borecheck` in `XDG_CACHE_HOME`, else
     `~/.cache/borecheck`. A relative path in XDG_CACHE_HOME is ignored, as its
-    specification asks.
+    specification asks. Where others could put files into it, or it is not ours (as
+    with `sudo`), a new folder takes its place, for this process alone.
     """
+    folder = _chosen_folder()
+    problem = not_private(folder)
+    if problem is None:
+        return folder
+    _warn_of_folder(folder, problem)
+    return process_folder()
+
+
+def _chosen_folder() -> Path:
     chosen = os.environ.get("BORECHECK_CACHE")
     if chosen:
         return Path(chosen).expanduser()
@@ -35,6 +50,19 @@ def cache_folder() -> Path:
         return Path("~/.cache/borecheck").expanduser()
     except RuntimeError:  # a user without a home
         return Path(tempfile.gettempdir()) / f"borecheck-{os.getuid()}"
+
+
+@cache
+def process_folder() -> Path:
+    """A folder of this process alone, gone when it ends."""
+    folder = tempfile.mkdtemp(prefix="borecheck-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)
+
+
+@cache
+def _warn_of_folder(folder: Path, problem: str) -> None:
+    _log.warning("%s: not used as a cache (%s)", folder, problem)
 
 
 def cache_file(kind: str, key: str) -> Path:
@@ -77,7 +105,7 @@ def store(kind: str, key: str, arrays: Arrays) -> None:
     """
     file = cache_file(kind, key)
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
+        make_private(file.parent)
         _write_whole(file, arrays)
     except OSError as error:
         _log.warning("%s: result not cached (%s)", file, error)

@@ -8,6 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from borecheck.core.cache import cache_folder
+from borecheck.core.private_folder import make_private
 from borecheck.errors import BorecheckError, UnknownNameError
 from borecheck.geometry.mesh_files.reading import write_stl
 from borecheck.robots.description import LEVELS, Description, hook
@@ -83,7 +84,7 @@ def _generate(
 ) -> None:
     meshes = hook(description.meshes)(level, dict(arguments))
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
+        make_private(folder.parent)
         made = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".making-"))
         try:
             for stem, mesh in meshes.items():

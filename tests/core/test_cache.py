@@ -1,18 +1,32 @@
 """The cache never decides anything: what is there and sound is used, nothing else."""
 
 import logging
+import os
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from borecheck.core import cache
+from borecheck.core import cache, private_folder
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("BORECHECK_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
+
+
+@pytest.fixture(autouse=True)
+def _nothing_remembered():
+    _forget()
+    yield
+    _forget()
+
+
+def _forget():
+    cache.process_folder.cache_clear()
+    cache._warn_of_folder.cache_clear()
 
 
 ARRAYS = {"a": np.arange(6.0).reshape(2, 3), "b": np.arange(4, dtype=np.int32)}
@@ -116,3 +130,76 @@ def test_an_interrupted_write_leaves_the_old_file(folder, monkeypatch):
     assert loaded is not None
     np.testing.assert_array_equal(loaded["a"], ARRAYS["a"])
     assert len(list(folder.iterdir())) == 1
+
+
+def test_the_folder_is_for_us_alone(folder):
+    cache.store("tree-1", "key", ARRAYS)
+    assert folder.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_that_others_read_is_closed(folder):
+    folder.mkdir(mode=0o755)
+    assert cache.cache_folder() == folder
+    assert folder.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.parametrize("below", ["", "x/y"])
+def test_a_folder_that_others_write_is_not_used(folder, monkeypatch, caplog, below):
+    cache.store("tree-1", "key", ARRAYS)
+    monkeypatch.setenv("BORECHECK_CACHE", str(folder / below))
+    folder.chmod(0o777)
+    assert cache.cache_folder() == cache.process_folder()
+    assert cache.load("tree-1", "key") is None
+    cache.store("tree-1", "other", ARRAYS)
+    assert len(list(folder.iterdir())) == 1
+    assert "can be written by others" in caplog.text
+    assert folder.stat().st_mode & 0o777 == 0o777
+
+
+def test_a_folder_of_somebody_else_is_not_used(folder, monkeypatch, caplog):
+    cache.store("tree-1", "key", ARRAYS)
+    monkeypatch.setattr(os, "geteuid", lambda: 54_321)  # as with sudo, the other way
+    private_folder._believed.cache_clear()
+    assert cache.cache_folder() == cache.process_folder()
+    assert "belongs to" in caplog.text
+    private_folder._believed.cache_clear()
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root gives folders away")
+def test_root_believes_no_folder_of_a_user(folder):
+    folder.parent.chmod(0o755)
+    for place in (folder, folder.parent):
+        folder.mkdir(exist_ok=True)
+        os.chown(place, 54_321, 54_321)
+        assert cache.cache_folder() == cache.process_folder()
+        os.chown(place, 0, 0)
+        assert cache.cache_folder() == folder
+    (folder.parent / "link").symlink_to(folder)
+    os.lchown(folder.parent / "link", 54_321, 54_321)
+    assert private_folder.distrust(folder.parent / "link") is not None
+
+
+def test_without_a_home_the_name_in_the_shared_folder_must_be_ours(
+    tmp_path, monkeypatch
+):
+    """Whoever makes it first, with room for us to write, would feed us."""
+    monkeypatch.setattr(Path, "expanduser", _no_home)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "shared"))
+    for name in ("BORECHECK_CACHE", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "shared").chmod(0o1777)
+    planted = tmp_path / "shared" / f"borecheck-{os.getuid()}"
+    assert cache.cache_folder() == planted
+    planted.mkdir()
+    planted.chmod(0o777)
+    assert cache.cache_folder() == cache.process_folder()
+    planted.rmdir()
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs").chmod(0o777)
+    planted.symlink_to(tmp_path / "theirs")
+    assert cache.cache_folder() == cache.process_folder()
+
+
+def _no_home(path):
+    raise RuntimeError("no home")

@@ -6,13 +6,11 @@ that file: after an upgrade the old code would go on answering. Here every kerne
 the project is kept under a stamp of its own file *and* of every file of the project
 that this one imports, directly or not: one character changed, and it is compiled anew.
 
-Compiled code lies beside the sources if they can be written to, else in the user's
-cache folder; if neither can be written to, it lives as long as the process.
+Compiled code lies beside the sources if they can be written to, by us and nobody else,
+else in the user's cache folder; if neither will do, it lives as long as the process.
 """
 
-import atexit
 import re
-import shutil
 import tempfile
 from functools import cache
 from hashlib import sha256
@@ -23,7 +21,8 @@ import numpy as np
 from numba.core import caching as _caching
 from numba.core import config as _config
 
-from borecheck.core.cache import cache_folder
+from borecheck.core.cache import cache_folder, process_folder
+from borecheck.core.private_folder import distrust, foreign_file, make_private
 
 caching: Any = _caching  # carry no types
 config: Any = _config
@@ -41,7 +40,7 @@ class KernelLocator(caching._CacheLocator):  # type: ignore[misc]
     def __init__(self, line: int, file: Path) -> None:
         self._line = line
         self._file = file
-        self._folder = _folder(file) if file.is_file() else _private_folder()
+        self._folder = _folder(file) if file.is_file() else process_folder()
 
     def get_cache_path(self) -> str:
         """The folder."""
@@ -99,17 +98,20 @@ def _read(file: Path) -> tuple[str, frozenset[Path]]:
 
 @cache
 def _folder(file: Path) -> Path:
-    """The first of the folders for this file's kernels that can be written to."""
+    """The first of the folders for this file's kernels that can be used."""
     below = caching._CacheLocator.get_suitable_cache_subpath(str(file))
     folders = [file.parent / "__pycache__", cache_folder() / "kernels" / below]
     if config.CACHE_DIR:
         folders = [Path(config.CACHE_DIR) / below]
-    return next(filter(_writable, folders), None) or _private_folder()
+    usable = (f for f in folders if _writable(f) and _is_ours(f))
+    return next(usable, None) or process_folder()
 
 
 @cache
 def _writable(folder: Path) -> bool:
     try:
+        if cache_folder() in folder.parents:
+            make_private(folder)
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
     except OSError:
@@ -118,11 +120,9 @@ def _writable(folder: Path) -> bool:
 
 
 @cache
-def _private_folder() -> Path:
-    """Of this process alone."""
-    folder = tempfile.mkdtemp(prefix="borecheck-kernels-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return Path(folder)
+def _is_ours(folder: Path) -> bool:
+    """Whether nobody else could have put kernels there: numba runs what it finds."""
+    return distrust(folder) is None and foreign_file(folder, "*.nb[ic]") is None
 
 
 def use_for_this_package() -> None:

@@ -62,10 +62,8 @@ def build(corners: NDArray[np.float64]) -> TreeArrays:
     """The tree over triangles given by their corners, (m, 9), [m]."""
     points = corners.reshape(-1, 3, 3)
     lower, upper = points.min(axis=1), points.max(axis=1)
-    bottom, top = lower.min(axis=0), upper.max(axis=0)
-    centre = 0.5 * bottom + 0.5 * top
-    # A little more than the extent: the boxes are rounded outwards.
-    extent = max((top - centre).max(), (centre - bottom).max()) * (1.0 + 1e-6)
+    frame = frame_of(points)
+    centre = frame[:3]
     infinity = F32(np.inf)
     boxes = np.stack(
         [
@@ -77,7 +75,16 @@ def build(corners: NDArray[np.float64]) -> TreeArrays:
     order = np.arange(len(corners))
     binary, children, first = _split_all(boxes, order)
     nodes, depth = _widen(binary, children, first)
-    return TreeArrays(nodes, order, np.append(centre, extent), int(depth))
+    return TreeArrays(nodes, order, frame, int(depth))
+
+
+def frame_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`TreeArrays.frame` of triangles with these corners, (m, 3, 3)."""
+    bottom, top = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+    centre = 0.5 * bottom + 0.5 * top
+    # A little more than the extent: the boxes are rounded outwards.
+    extent = max((top - centre).max(), (centre - bottom).max()) * (1.0 + 1e-6)
+    return np.append(centre, extent)
 
 
 @njit(**_KERNEL)

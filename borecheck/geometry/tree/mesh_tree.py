@@ -15,7 +15,8 @@ from borecheck.geometry.tree import clearance as bvh_clearance
 from borecheck.geometry.tree import query as bvh_query
 from borecheck.geometry.tree.addresses import Book, PairBook
 from borecheck.geometry.tree.boxes import LARGEST_COORDINATE
-from borecheck.geometry.tree.build import CHILD_ROW, ROWS, WIDTH, TreeArrays, build
+from borecheck.geometry.tree.build import CHILD_ROW, TreeArrays, build
+from borecheck.geometry.tree.soundness import is_sound
 from borecheck.geometry.triangles.narrowphase import narrowphase_code
 
 # Below this, building is quicker than finding the file.
@@ -387,7 +388,7 @@ def _tree_of(
 ) -> TreeArrays:
     if not cached or len(corners) < CACHED_TRIANGLES:
         return build(corners)
-    stored = _read_tree(mesh.sha256, len(corners))
+    stored = _read_tree(mesh.sha256, corners)
     if stored is not None:
         return stored
     tree = build(corners)
@@ -401,8 +402,8 @@ def _tree_of(
     return tree
 
 
-def _read_tree(key: str, count: int) -> TreeArrays | None:
-    """The cached tree of a mesh with so many triangles, if it is there and sound."""
+def _read_tree(key: str, corners: NDArray[np.float64]) -> TreeArrays | None:
+    """The cached tree of a mesh with these triangles, if it is there and sound."""
     arrays = cache.load(CACHE_KIND, key)
     if arrays is None:
         return None
@@ -416,26 +417,7 @@ def _read_tree(key: str, count: int) -> TreeArrays | None:
     except (KeyError, TypeError, ValueError) as error:
         cache.warn_damaged(CACHE_KIND, key, repr(error))
         return None
-    if not _is_sound(tree, count):
+    if not is_sound(tree, corners):
         cache.warn_damaged(CACHE_KIND, key, "not a tree of this mesh")
         return None
     return tree
-
-
-def _is_sound(tree: TreeArrays, count: int) -> bool:
-    """Whether following the tree stays inside its arrays and reaches every triangle.
-
-    The kernels check no index: a wrong reference would read foreign memory.
-    """
-    shapes = tree.nodes.ndim == 3 and tree.nodes.shape[1:] == (ROWS, WIDTH)
-    if not (shapes and len(tree.nodes) and tree.frame.shape == (4,)):
-        return False
-    if tree.order.shape != (count,) or not 0 < tree.depth <= len(tree.nodes):
-        return False
-    if tree.order.min() < 0 or (np.bincount(tree.order, minlength=count) != 1).any():
-        return False
-    used = tree.nodes[:, 3] >= 0.0
-    references = tree.nodes.view(np.int32)[:, CHILD_ROW][used]
-    children, leaves = references[references >= 0], ~references[references < 0]
-    inside = np.array_equal(np.sort(children), np.arange(1, len(tree.nodes)))
-    return inside and np.array_equal(np.sort(leaves), np.arange(count))

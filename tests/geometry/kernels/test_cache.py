@@ -9,6 +9,7 @@ import pytest
 from numba.core.registry import CPUDispatcher
 
 import borecheck
+from borecheck.core import cache
 from borecheck.geometry.kernels import cache as kernel_cache
 from borecheck.geometry.kernels.cache import KernelLocator, sources, stamp
 
@@ -77,7 +78,8 @@ def test_sources_of_the_walk_reach_down_to_the_predicates():
 def _package(folder: Path, factor: str = "2.0", offset: str = "1.0") -> Path:
     """A little package of that name, with the two modules under test."""
     package = folder / "borecheck"
-    for name in ("geometry/kernels/cache.py", "core/cache.py"):
+    core = [f"core/{name}.py" for name in ("cache", "private_folder")]
+    for name in ("geometry/kernels/cache.py", *core):
         copy = package / name
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_text((PACKAGE / name).read_text("utf-8"))
@@ -127,8 +129,50 @@ def test_without_a_writable_folder_kernels_live_as_long_as_the_process(
 ):
     monkeypatch.setattr(kernel_cache, "_writable", lambda folder: False)
     folder = kernel_cache._folder.__wrapped__(tmp_path / "x.py")
-    assert folder == kernel_cache._private_folder()
-    assert folder.is_dir()
+    assert folder == cache.process_folder()
+    assert folder.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.fixture
+def kernel_folder(tmp_path, monkeypatch):
+    """Where kernels of a source beside a `__pycache__` go, asked anew each time."""
+    monkeypatch.setenv("BORECHECK_CACHE", str(tmp_path / "cache"))
+    (tmp_path / "source" / "__pycache__").mkdir(parents=True)
+
+    def asked():
+        for remembered in (kernel_cache._writable, kernel_cache._is_ours):
+            remembered.cache_clear()
+        return kernel_cache._folder.__wrapped__(tmp_path / "source" / "x.py")
+
+    yield asked
+    for remembered in (kernel_cache._writable, kernel_cache._is_ours):
+        remembered.cache_clear()
+
+
+def test_kernels_are_not_read_where_others_can_write(tmp_path, kernel_folder):
+    beside = tmp_path / "source" / "__pycache__"
+    assert kernel_folder() == beside
+    beside.chmod(0o777)
+    assert (tmp_path / "cache") in kernel_folder().parents
+    assert (tmp_path / "cache").stat().st_mode & 0o777 == 0o700
+    beside.chmod(0o755)
+    (tmp_path / "source").chmod(0o777)  # who can exchange it can fill it
+    assert kernel_folder() != beside
+    (tmp_path / "cache").chmod(0o777)
+    assert cache.process_folder() in kernel_folder().parents
+
+
+def test_a_kernel_that_others_can_change_is_not_run(tmp_path, kernel_folder):
+    beside = tmp_path / "source" / "__pycache__"
+    index = beside / "x.f-1.py311.nbi"
+    index.write_bytes(b"")
+    index.chmod(0o644)
+    assert kernel_folder() == beside
+    index.chmod(0o666)
+    assert kernel_folder() != beside
+    index.unlink()
+    index.symlink_to(tmp_path / "elsewhere")
+    assert kernel_folder() != beside
 
 
 def test_other_packages_kernels_are_left_to_numba(tmp_path):

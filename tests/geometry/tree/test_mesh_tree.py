@@ -354,6 +354,36 @@ def test_a_cached_tree_is_the_built_one(small_cache):
     assert len(list(small_cache.iterdir())) == 2
 
 
+def wrong_nodes(nodes):
+    """Trees in range whose walk would lose triangles, or read what is not there."""
+
+    def changed(node, row, slot, value):
+        other = nodes.copy()
+        other[node, row, slot] = value
+        return other
+
+    leaf = len(nodes) - 1
+    for row in range(3):
+        yield changed(0, row, 0, nodes[0, row, 0] + np.float32(0.01))
+        yield changed(leaf, row, 0, nodes[leaf, row, 0] - np.float32(0.01))
+        yield changed(1, 3 + row, 1, nodes[1, 3 + row, 1] * np.float32(0.9))
+    for row, value in ((0, np.nan), (4, np.nan), (4, -1e30), (3, np.inf), (0, 1e30)):
+        yield changed(leaf, row, 0, np.float32(value))
+    unused = np.argwhere(nodes[:, 3] < 0.0)[0]
+    yield changed(unused[0], 3, unused[1], np.float32(-1.0))
+    yield changed(unused[0], 3, unused[1], np.float32(1.0))
+    # a node that refers to itself, in range and once: no way leads to it from the first
+    circle = nodes.copy()
+    references = circle.view(np.int32)[:, CHILD_ROW]
+    inner = np.argwhere((circle[:, 3] >= 0.0) & (references >= 0))
+    down = {int(references[n, s]): (int(n), int(s)) for n, s in inner}
+    child = next(c for c, (n, _) in down.items() if n > 0)
+    parent = down[child][0]
+    first, second = down[parent], down[child]
+    references[first], references[second] = child, parent
+    yield circle
+
+
 def test_a_tree_that_does_not_fit_is_built_again(small_cache, caplog):
     mesh = torus()
     built = MeshTree(*mesh)
@@ -362,7 +392,14 @@ def test_a_tree_that_does_not_fit_is_built_again(small_cache, caplog):
         arrays = dict(stored)
     references = arrays["nodes"].copy()
     references.view(np.int32)[0, CHILD_ROW, 0] = 10**6
+    assert len(arrays["nodes"]) > 10
     for wrong in (
+        *({"nodes": nodes} for nodes in wrong_nodes(arrays["nodes"])),
+        {"frame": arrays["frame"] * 1.001},
+        {"frame": arrays["frame"] * np.nan},
+        {"depth": arrays["depth"] + 1},
+        {"depth": arrays["depth"] - 1},
+        {"order": arrays["order"][::-1]},
         {"nodes": references},
         {"order": arrays["order"][:-1]},
         {"order": np.zeros_like(arrays["order"])},

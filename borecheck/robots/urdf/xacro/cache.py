@@ -7,6 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from borecheck.core import cache
+from borecheck.core.private_folder import make_private
 from borecheck.robots.urdf.reach import ANYWHERE
 from borecheck.robots.urdf.xacro import expand
 
@@ -59,7 +60,7 @@ def _read(file: Path) -> str | None:
 
 def _write(file: Path, text: str) -> None:
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
+        make_private(file.parent)
         part = file.with_suffix(f".{sha256(text.encode()).hexdigest()[:8]}.tmp")
         part.write_text(text, encoding="utf-8")
         part.replace(file)
