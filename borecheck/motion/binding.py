@@ -98,7 +98,7 @@ def _of_path(
 ) -> Expected:
     if "plan" in stated.get("about", {}):
         raise Rejected("is of a needle plan, not of a path: give --plan")
-    return _expected(robot, scene, points, margin, None, "")
+    return expected(robot, scene, points, margin)
 
 
 def _of_plan(
@@ -120,17 +120,27 @@ def _of_plan(
     except BorecheckError as error:
         raise Rejected(f"its plan cannot be driven: {error}") from error
     points, corridor = motion.waypoints, motion.corridor
-    return _expected(robot, scene, points, margin, corridor, chosen[0].name)
+    return expected(robot, scene, points, margin, corridor, chosen[0].name)
 
 
-def _expected(
+def expected(
     robot: Robot,
     scene: Scene,
     points: Array,
     margin: float,
-    corridor: Corridor | None,
-    plan: str,
+    corridor: Corridor | None = None,
+    plan: str = "",
 ) -> Expected:
+    """What a certificate of a motion must state, rebuilt from robot and scene.
+
+    Args:
+        robot: The robot.
+        scene: What stands around it.
+        points: Waypoints, checked, (k, n).
+        margin: Required clearance to obstacles, [m].
+        corridor: Of a needle plan: where the needle may be in the patient.
+        plan: What that plan is called.
+    """
     problem = path_problem(robot, scene, margin, corridor)
     about = about_what(robot, scene, corridor, plan)
     motion = f"plan {plan}" if corridor is not None else f"path of {len(points)}"

@@ -20,6 +20,8 @@ Indices = NDArray[np.int64]
 
 # Sheets of one surface that come as near as this are taken to meet, [m].
 TOUCHING = 1e-6
+# What neighbours keep from each other beside common corners: more than rounding, [m].
+ROUNDING = 1e-10
 # Straight lines that are tried, beside those along the axes.
 DIRECTIONS = 100
 # A line as near to a triangle's rim as this share of the sizes meets it.
@@ -97,8 +99,8 @@ def winding(point: Array, corners: Array) -> float:
 def is_embedded(mesh: GroupedMesh) -> bool:
     """Whether a closed surface meets itself nowhere.
 
-    Every edge is run through once each way, and no two triangles without a common
-    corner are near each other.
+    Every edge is run through once each way, no two triangles without a common corner
+    are near each other, and neighbours have nothing but their common corners.
     """
     places = _merged(mesh.vertices, mesh.triangles)
     edges = _edges(places)
@@ -108,11 +110,32 @@ def is_embedded(mesh: GroupedMesh) -> bool:
     for i, j in near_triangles(mesh, mesh.sorted, mesh, TOUCHING):
         others = i < j
         i, j = i[others], j[others]
-        apart = (own[i][:, :, None] != own[j][:, None, :]).all(axis=(1, 2))
-        i, j = i[apart], j[apart]
-        if may_be_nearer(mesh.sorted[i], mesh.sorted[j], TOUCHING).any():
+        shared = (own[i][:, :, None] == own[j][:, None, :]).any(axis=2)
+        apart = ~shared.any(axis=1)
+        first, second = mesh.sorted[i[apart]], mesh.sorted[j[apart]]
+        if may_be_nearer(first, second, TOUCHING).any():
             return False
+        for p, q in ((i[~apart], j[~apart]), (j[~apart], i[~apart])):
+            if _meets_neighbour(own[p], own[q], mesh.sorted[p], mesh.sorted[q]):
+                return False
     return True
+
+
+def _meets_neighbour(
+    own: Indices, others: Indices, first: Array, second: Array
+) -> bool:
+    """Whether a triangle has more in common with a neighbour than common corners.
+
+    Flat and with a corner in common, they have if what lies opposite of it, an edge or
+    a corner, meets the neighbour.
+    """
+    shared = (own[:, :, None] == others[:, None, :]).any(axis=2)
+    if (shared.sum(axis=1) == 3).any():
+        return True
+    # the shared corners drawn to one that is not: what is left is what lies opposite
+    free = np.take_along_axis(first, np.argmin(shared, axis=1)[:, None, None], axis=1)
+    opposite = np.where(shared[:, :, None], free, first)
+    return bool(may_be_nearer(opposite, second, ROUNDING).any())
 
 
 def is_closed(vertices: Array, triangles: Indices) -> bool:

@@ -1,0 +1,1 @@
+"""Forged, malformed and honest certificates: what `verify` says of each."""
