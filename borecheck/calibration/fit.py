@@ -13,6 +13,7 @@ from borecheck.calibration.measurements import Measurements
 from borecheck.calibration.noise import Noise, seen_noise
 from borecheck.calibration.refinement import Refinement, parameter_sigmas, refine
 from borecheck.calibration.serial_arm import SerialArm
+from borecheck.core.result_file import SCHEMA_VERSION
 from borecheck.core.text import in_lines
 from borecheck.core.version import __version__
 from borecheck.errors import GeometryError
@@ -30,6 +31,7 @@ class Fit:
         refined: The result all at once, or None.
         noise: How device and encoders scatter.
         sigmas: Standard deviations of the parameters.
+        robust: Whether what is far off was left out or trusted less.
     """
 
     arm: SerialArm
@@ -37,6 +39,7 @@ class Fit:
     refined: Refinement | None
     noise: Noise | None
     sigmas: Mapping[str, float]
+    robust: bool = False
 
     @property
     def best(self) -> "AxisByAxis | Refinement":
@@ -83,23 +86,33 @@ def fit(
     if not refined:
         assert axes is not None
         sigmas = parameter_sigmas(arm, axes.lines, axes.covariance)
-        return Fit(arm, axes, None, None, sigmas)
+        return Fit(arm, axes, None, None, sigmas, robust)
     lines = None if axes is None else axes.lines
     noise = None if lines is None else seen_noise(lines, data, arm.joint_names)
     result = refine(arm, data, lines, "cauchy" if robust else "linear", noise)
     sigmas = parameter_sigmas(arm, result.lines, result.covariance)
-    return Fit(arm, axes, result, noise, sigmas)
+    return Fit(arm, axes, result, noise, sigmas, robust)
+
+
+def residuals(found: Fit, data: Measurements) -> Array:
+    """Measured minus fitted places, (n, 3), [m]."""
+    best = found.best
+    return np.asarray(data.points - positions(best.lines, data.q, best.target))
 
 
 def as_document(
-    found: Fit, data: Measurements, robot: str, argv: Sequence[str]
+    found: Fit,
+    data: Measurements,
+    robot: str,
+    argv: Sequence[str],
+    odd: Sequence[str] = (),
 ) -> dict[str, Any]:
     """The result as JSON, with everything a report needs."""
     arm, best = found.arm, found.best
-    off = data.points - positions(best.lines, data.q, best.target)
+    off = residuals(found, data)
     names = arm.forms.names
     document: dict[str, Any] = {
-        "schema_version": "1",
+        "schema_version": SCHEMA_VERSION,
         "command": "calibrate fit",
         "argv": ["borecheck", *argv],
         "version": __version__,
@@ -117,6 +130,8 @@ def as_document(
             for name in names
         },
         "iterations": _iterations(found),
+        "odd": list(odd),
+        "repeated": data.repeated,
         "rms_m": float(np.sqrt((off**2).mean())),
         "target_at_zero_m": best.target.tolist(),
         "refined": found.refined is not None,
@@ -161,6 +176,9 @@ def as_text(document: Mapping[str, Any]) -> str:
         f"rms of the points {1e3 * document['rms_m']:.4f} mm, "
         f"{document['iterations']} iterations"
     )
+    if document["repeated"]:
+        lines.append(f"{document['repeated']} samples repeat others to the last digit")
+    lines += [f"odd: {what}" for what in document["odd"]]
     return in_lines(lines)
 
 

@@ -42,12 +42,15 @@ class Measurements:
         points: Measured places of the target, (n, 3), [m].
         moving: The joint that turned alone in each sample, "" where none did.
         file: Where they come from, for messages.
+        repeated: Samples of the file that repeat others exactly: no device measures
+            the same number twice, so that they are copies and are left out.
     """
 
     q: Array
     points: Array
     moving: tuple[str, ...]
     file: str = "measurements"
+    repeated: int = 0
 
     def __len__(self) -> int:
         return len(self.q)
@@ -95,9 +98,22 @@ def read_measurements(path: Path, arm: SerialArm) -> Measurements:
         moving = find_moving(q, arm.joint_names)
     else:
         moving = tuple(_joint(path, arm, line, row[given]) for line, row in rows)
-    data = Measurements(q, points, moving, str(path))
-    _check_scale(path, arm, data)
-    return data
+    _check_scale(path, arm, points)
+    kept = _first_of_each(q, points, moving)
+    return Measurements(
+        q[kept],
+        points[kept],
+        tuple(moving[k] for k in kept),
+        str(path),
+        len(q) - len(kept),
+    )
+
+
+def _first_of_each(q: Array, points: Array, moving: Sequence[str]) -> NDArray[np.intp]:
+    """Indices of the samples that repeat none before them, in order."""
+    joint = np.unique(np.array(moving), return_inverse=True)[1]
+    rows = np.column_stack([q, points, joint])
+    return np.sort(np.unique(rows, axis=0, return_index=True)[1])
 
 
 def read_joint_values(path: Path, arm: SerialArm) -> Array:
@@ -244,10 +260,10 @@ def _check_angles(path: Path, arm: SerialArm, q: Array) -> None:
             )
 
 
-def _check_scale(path: Path, arm: SerialArm, data: Measurements) -> None:
+def _check_scale(path: Path, arm: SerialArm, points: Array) -> None:
     """Millimetres typed as metres make the arm a thousand times as large."""
     reach = _reach(arm)
-    spread = float(np.linalg.norm(np.ptp(data.points, axis=0)))
+    spread = float(np.linalg.norm(np.ptp(points, axis=0)))
     if spread > 20.0 * reach:
         raise InputError(
             path,

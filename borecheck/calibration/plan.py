@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from borecheck.calibration.observability import design, observe
 from borecheck.calibration.serial_arm import SerialArm
 from borecheck.calibration.setup import CalibrationSetup, target_at_zero
+from borecheck.core.result_file import SCHEMA_VERSION
 from borecheck.core.text import in_lines, printable
 
 Array = NDArray[np.float64]
@@ -79,7 +80,7 @@ def judged(
     found = observe(arm, q, target_at_zero(arm, setup.target), sigma, poses)
     seen = not found.unseen
     return {
-        "schema_version": "1",
+        "schema_version": SCHEMA_VERSION,
         "command": "calibrate observe",
         "samples": len(q),
         "parameters": len(arm.forms.names),

@@ -1,6 +1,6 @@
 """The part of a URDF that is calibrated: the revolute joints from a world to a tip."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -119,7 +119,7 @@ def serial_arm(
             T = T.copy()
             T[:3, 3] += stands[joint.name] * (T[:3, :3] @ joint.axis)
     if not names:
-        raise UsageError(f"no revolute joint between {world} and {tip}")
+        raise UsageError(_nothing_to_identify(world, tip, stands))
     T_world_joint = np.array(frames)
     lines = Lines(T_world_joint[:, :3, 3].copy(), np.array(axes))
     lower, upper = np.array(limits).T
@@ -135,6 +135,16 @@ def serial_arm(
         T,
         stands,
     )
+
+
+def _nothing_to_identify(world: str, tip: str, held: Iterable[str]) -> str:
+    sliding = ", ".join(held)
+    if sliding:
+        return (
+            f"only prismatic joints between {world} and {tip} ({sliding}): prismatic "
+            "joints are not identified"
+        )
+    return f"no revolute joint between {world} and {tip}"
 
 
 def joint_transform(joint: Joint, angle: float) -> Array:

@@ -3,6 +3,7 @@
 import argparse
 import json
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 from borecheck.commands.common import add_allow_outside, roots_of
 from borecheck.commands.output import refuse_outputs
 from borecheck.commands.progress import say
+from borecheck.core.result_file import SCHEMA_VERSION
 from borecheck.core.units import parse_angle, parse_length, parse_pair
 from borecheck.core.whole_files import write_whole
 from borecheck.errors import InputError, UsageError
@@ -34,16 +36,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Does it; 0 when done. Errors are raised and become one line and status 2."""
-    actions = {
+    """Does it; 0 when done, 1 if a fit is odd. Errors become one line and status 2."""
+    actions: dict[str, Callable[[argparse.Namespace], int | None]] = {
         "simulate": _simulate,
         "fit": _fit,
         "observe": _observe,
         "plan": _plan,
         "report": _report,
     }
-    actions[args.action](args)
-    return 0
+    return actions[args.action](args) or 0
 
 
 def _add_robot(parser: argparse.ArgumentParser) -> None:
@@ -141,7 +142,7 @@ def _simulate(args: argparse.Namespace) -> None:
     say(f"{args.out}: {len(data)} samples of {len(subject.arm.lines)} joints")
     if args.truth is not None:
         truth = {
-            "schema_version": "1",
+            "schema_version": SCHEMA_VERSION,
             "robot": args.robot,
             "seed": args.seed,
             "noise": args.noise,
@@ -152,27 +153,35 @@ def _simulate(args: argparse.Namespace) -> None:
         say(f"{args.truth}: {len(true.parameters)} true parameters")
 
 
-def _fit(args: argparse.Namespace) -> None:
+def _fit(args: argparse.Namespace) -> int:
     from borecheck.calibration.fit import as_document, as_text, fit
     from borecheck.calibration.measurements import read_measurements
+    from borecheck.calibration.plausible import oddities
+    from borecheck.commands.exit_status import ExitStatus
 
     subject = _subject(args)
     refuse_outputs(args, "out", "urdf")
     data = read_measurements(args.data, subject.arm)
+    for joint, stand in subject.arm.held.items():
+        say(f"borecheck: prismatic joint {joint} is not identified: held at {stand} m")
     found = fit(
         subject.arm, data, refined=args.refine, start=args.start, robust=args.robust
     )
-    if args.urdf is not None:
+    odd = oddities(found, data)
+    if args.urdf is not None and odd:
+        say(f"{args.urdf}: not written, because the fit is odd")
+    elif args.urdf is not None:
         text = _corrected(subject, found, args.urdf.parent)
         write_whole(args.urdf, text)
         say(f"{args.urdf}: joint origins corrected")
-    document = as_document(found, data, args.robot, getattr(args, "argv", []))
+    document = as_document(found, data, args.robot, getattr(args, "argv", []), odd)
     if args.out is not None:
         write_whole(args.out, json.dumps(document, indent=2) + "\n")
     if args.format == "json":
         sys.stdout.write(json.dumps(document, indent=2) + "\n")
     else:
         sys.stdout.write(as_text(document))
+    return ExitStatus.FINDINGS if odd else ExitStatus.CLEAN
 
 
 def _corrected(subject: "Subject", found: "Fit", folder: Path) -> str:

@@ -280,7 +280,7 @@ def _one_plan(
         "name": plan.name,
         "entry": [float(x) for x in plan.entry],
         "target": [float(x) for x in plan.target],
-        "notes": _notes(plan),
+        "notes": _notes(plan, scene),
     }
     for note in named["notes"]:
         say(f"borecheck: plan {plan.name}: {note}")
@@ -318,9 +318,12 @@ def _swapped(robot: "Robot", plan: "NeedlePlan") -> str:
     return "; entry and target look swapped: the other way round the plan is reachable"
 
 
-def _notes(plan: "NeedlePlan") -> list[str]:
-    """How the plan was read, and what of it the robot's own joints decide."""
-    notes = list(plan.notes)
+def _notes(plan: "NeedlePlan", scene: "Scene") -> list[str]:
+    """How the plan was read, whether it meets the patient, and what joints decide."""
+    from borecheck.plans.skin import skin_notes
+
+    patients = (o.mesh for o in scene.obstacles if o.role == "patient")
+    notes = [*plan.notes, *skin_notes(plan, patients)]
     if plan.roll is not None:
         notes.append("its roll is not followed: the joints decide it")
     return notes

@@ -6,6 +6,7 @@ import math
 import sys
 from typing import Any
 
+from borecheck.core.result_file import SCHEMA_VERSION
 from borecheck.core.text import in_lines
 from borecheck.robots.description import (
     Description,
@@ -26,7 +27,11 @@ def run(args: argparse.Namespace) -> int:
     robots = [_robot(name) for name in installed_names("robots")]
     scanners = [_scanner(name) for name in installed_names("scanners")]
     if args.format == "json":
-        document = {"schema_version": "1", "robots": robots, "scanners": scanners}
+        document = {
+            "schema_version": SCHEMA_VERSION,
+            "robots": robots,
+            "scanners": scanners,
+        }
         sys.stdout.write(json.dumps(document, indent=2) + "\n")
         return 0
     for kind, things in (("robot", robots), ("scanner", scanners)):

@@ -24,6 +24,8 @@ def replay(path: Path) -> dict[str, Any]:
 
     Returns:
         The parts of a `compare` document; each pair counts as a pose of its own.
+        `agreed` holds the pairs about which all checkers say the same now, `changed`
+        what the file says otherwise: pair, checker, stored and present verdict.
 
     Raises:
         InputError: The file cannot be read or holds no comparison.
@@ -42,9 +44,11 @@ def replay(path: Path) -> dict[str, Any]:
         }
         for name in CHECKERS
     }
-    again = []
+    again, changed = [], []
     for number, entry in enumerate(disputed):
-        again.append(_one(path, number, entry, summaries))
+        found = _one(path, number, entry, summaries)
+        again.append(found)
+        changed += _changed(path, number, entry, found)
     return {
         "robot": _with_warnings(path, source, "robot"),
         "scene": _with_warnings(path, source, "scene"),
@@ -52,8 +56,30 @@ def replay(path: Path) -> dict[str, Any]:
         "poses": [{"q": {}, "verdicts": d["verdicts"], "contained": []} for d in again],
         "pruning": "none",
         "checkers": summaries,
-        "disagreements": again,
+        "disagreements": [d for d in again if not _agree(d)],
+        "agreed": [d for d in again if _agree(d)],
+        "changed": changed,
     }
+
+
+def _agree(pair: Mapping[str, Any]) -> bool:
+    return len(set(pair["verdicts"].values())) == 1
+
+
+def _changed(
+    path: Path, number: int, entry: Mapping[str, Any], found: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """Every checker of a pair whose verdict is not the one that the file holds."""
+    stored = entry.get("verdicts", {})
+    if not isinstance(stored, dict):
+        raise InputError(path, "verdicts is no object", f"disagreement {number}")
+    names = ("pose", "link", "obstacle", "link_triangle", "obstacle_triangle")
+    pair = {name: found[name] for name in names}
+    return [
+        {**pair, "checker": name, "stored": said, "now": found["verdicts"][name]}
+        for name, said in stored.items()
+        if name in found["verdicts"] and said is not found["verdicts"][name]
+    ]
 
 
 def _with_warnings(path: Path, source: Mapping[str, Any], key: str) -> dict[str, Any]:

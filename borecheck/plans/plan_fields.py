@@ -78,6 +78,11 @@ def _placing(
     origin, notes = np.zeros(3), []
     if "origin" in settings:
         origin = scale * _origin(settings["origin"])
+    if frame == "scanner" and "patient_position" in settings:
+        raise PlanValueError(
+            "patient_position needs a frame: RAS or LPS (without one the points are in "
+            "the scanner's frame, where it means nothing)"
+        )
     if frame != "scanner":
         if "patient_position" not in settings:
             notes.append(f"{frame} is read as of a patient head first, supine (HFS)")

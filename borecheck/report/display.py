@@ -172,6 +172,10 @@ def _merged(mesh: "TriangleMesh") -> tuple[Array, NDArray[np.int64]]:
     return vertices, index.reshape(-1)[mesh.triangles]
 
 
+# More than any page holds: a mesh of ten million triangles, [bytes].
+MAX_INFLATED = 400_000_000
+
+
 def deflated(array: NDArray[Any]) -> str:
     """The array's bytes, deflated (zlib), in base64."""
     return base64.b64encode(zlib.compress(array.tobytes(), 9)).decode("ascii")
@@ -179,4 +183,8 @@ def deflated(array: NDArray[Any]) -> str:
 
 def inflated(text: str, dtype: str) -> NDArray[Any]:
     """The flat array that `deflated` made into text."""
-    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=dtype)
+    unpacker = zlib.decompressobj()
+    data = unpacker.decompress(base64.b64decode(text, validate=True), MAX_INFLATED)
+    if unpacker.unconsumed_tail or not unpacker.eof:
+        raise ValueError("packed numbers are cut short, or more than a page can hold")
+    return np.frombuffer(data, dtype=dtype)

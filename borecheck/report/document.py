@@ -7,6 +7,7 @@ from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
+from borecheck.core.result_file import SCHEMA_VERSION
 from borecheck.core.version import __version__
 
 if TYPE_CHECKING:
@@ -14,8 +15,6 @@ if TYPE_CHECKING:
     from borecheck.motion.samples import MotionVerdict
     from borecheck.robots.robot import Robot
     from borecheck.robots.scene import Scene
-
-SCHEMA_VERSION = "1"
 
 _PACKAGES = {
     "numpy": "numpy",

@@ -7,6 +7,7 @@ the one whose hash it names.
 
 import json
 import shlex
+import zlib
 from base64 import b64encode
 from collections.abc import Mapping
 from functools import cache
@@ -23,6 +24,17 @@ ASSETS = Path(__file__).parent / "assets"
 # Rows of a table shown; the page's data block holds all.
 MOST_ROWS = 400
 
+# What reading a document that is not as its command writes it can end in.
+DAMAGE = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    RecursionError,
+    TypeError,
+    ValueError,
+    zlib.error,
+)
+
 STUDIES = ("check", "compare", "fk", "validate", "verify")
 
 
@@ -35,8 +47,10 @@ def page(document: Mapping[str, Any]) -> str:
     from jinja2 import UndefinedError
 
     try:
-        return _rendered(document)
-    except (UndefinedError, KeyError, IndexError, TypeError, ValueError) as error:
+        text = _rendered(document)
+        text.encode()  # half a character, as JSON can hold, is no text
+        return text
+    except (UndefinedError, *DAMAGE) as error:
         raise BorecheckError(
             f"no page can be made of this result: it is damaged or incomplete ({error})"
         ) from error

@@ -154,6 +154,7 @@ def compare_text(document: Mapping[str, Any]) -> str:
         )
     lines = table(rows)
     lines += ["", *_cause_lines(document["disagreements"])]
+    lines += _replay_lines(document)
     hidden = [text for pose in document["poses"] for text in pose["contained"]]
     if hidden:
         lines.append(f"seen by containment only: {len(hidden)} times")
@@ -182,6 +183,29 @@ def _cause_lines(disagreements: Sequence[Mapping[str, Any]]) -> list[str]:
         f"#{first['link_triangle']} with {first['obstacle']} "
         f"#{first['obstacle_triangle']}: {saying}"
     )
+    return lines
+
+
+def _replay_lines(document: Mapping[str, Any]) -> list[str]:
+    """What a replay finds to be otherwise than its file says."""
+    lines = []
+    agreed = document.get("agreed", [])
+    if agreed:
+        lines.append(f"{len(agreed)} stored pairs are disputed no more: all agree")
+    changed = document.get("changed", [])
+    if changed:
+        lines.append(f"{len(changed)} verdicts differ from those stored in the file:")
+    for found in changed[:SHOWN]:
+        said = [
+            "contact" if found[key] is True else "none" for key in ("stored", "now")
+        ]
+        lines.append(
+            f"  {found['link']} #{found['link_triangle']} with {found['obstacle']} "
+            f"#{found['obstacle_triangle']}, {found['checker']}: {said[0]} stored, "
+            f"{said[1]} now"
+        )
+    if len(changed) > SHOWN:
+        lines.append(f"  and {len(changed) - SHOWN} more (all are in the JSON)")
     return lines
 
 

@@ -87,3 +87,24 @@ def test_damaged_results_are_one_line(tmp_path, content):
     with pytest.raises(BorecheckError) as error:
         replay(stored(tmp_path, **content))
     assert "\n" not in str(error.value)
+
+
+def test_what_the_file_says_otherwise_is_named(comparison, tmp_path):
+    document = json.loads(json.dumps(to_json(comparison)))
+    first = document["disagreements"][0]
+    first["verdicts"]["exact"] = not first["verdicts"]["exact"]
+    again = replay(stored(tmp_path, **document))
+    (changed,) = again["changed"]
+    assert changed["checker"] == "exact"
+    assert changed["stored"] is not changed["now"]
+    assert changed["link_triangle"] == first["link_triangle"]
+
+
+def test_pairs_about_which_all_agree_now_are_no_disagreements(comparison, tmp_path):
+    document = json.loads(json.dumps(to_json(comparison)))
+    apart = document["disagreements"][0]
+    apart["corners"][1] = (np.array(apart["corners"][1]) + 50.0).tolist()
+    again = replay(stored(tmp_path, **document))
+    assert len(again["disagreements"]) == len(document["disagreements"]) - 1
+    assert [pair["pose"] for pair in again["agreed"]] == [0]
+    assert set(again["agreed"][0]["verdicts"].values()) == {False}

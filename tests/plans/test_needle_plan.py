@@ -280,3 +280,13 @@ def test_damaged_plans(
 def test_deep_json_is_one_line(tmp_path: Path) -> None:
     survives(b"[" * 100_000, tmp_path / "deep.json")
     survives(b'{"plans": [1' + b"0" * 6000 + b"]}", tmp_path / "long.json")
+
+
+def test_a_position_without_a_frame_is_refused(tmp_path: Path) -> None:
+    plan = {"name": "a", "entry": [0, 0, 0.1], "target": [0, 0, 0]}
+    file = tmp_path / "plan.json"
+    for stated in ({}, {"frame": "scanner"}):
+        document = {**stated, "patient_position": "FFP", "plans": [plan]}
+        file.write_text(json.dumps(document))
+        with pytest.raises(PlanError, match="patient_position needs a frame"):
+            read_plans(file)

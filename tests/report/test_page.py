@@ -384,3 +384,35 @@ def test_excerpts_show_the_lines_around_a_finding(tmp_path):
     assert [entry["line"] for entry in first["excerpt"]] == [1, 2, 3]
     assert first["excerpt"][1]["text"] == "<two & two>"
     assert second["excerpt"] == []
+
+
+@pytest.mark.parametrize(
+    ("where", "value"),
+    [
+        (("poses", 0, "verdicts"), [1]),
+        (("display", "links", 0, "low", 1), 10**400),
+        (("robot", "name"), "\ud800"),
+        (("display", "motions", 0, "placements"), "AAAA"),
+        (("display", "motions", 0, "placements"), "no base64!"),
+        (("display", "motions"), {"a": 1}),
+        (("closest",), 7),
+    ],
+)
+def test_a_damaged_result_is_one_line(contact, where, value):
+    document = json.loads(json.dumps(contact))
+    parent = document
+    for key in where[:-1]:
+        parent = parent.setdefault(key, {}) if isinstance(parent, dict) else parent[key]
+    if where[0] == "poses":
+        document["command"] = "compare"
+    parent[where[-1]] = value
+    with pytest.raises(BorecheckError, match="damaged or incomplete"):
+        page(document)
+
+
+def test_packed_numbers_are_bounded(monkeypatch):
+    packed = display.deflated(np.zeros(1000))
+    assert len(display.inflated(packed, "float64")) == 1000
+    monkeypatch.setattr(display, "MAX_INFLATED", 100)
+    with pytest.raises(ValueError, match="more than a page can hold"):
+        display.inflated(packed, "float64")

@@ -4,10 +4,9 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
+from borecheck.core.result_file import SCHEMA_VERSION
 from borecheck.validation.findings import Finding
 from borecheck.validation.outputs.text import count_by_severity
-
-SCHEMA_VERSION = "1"
 
 
 def to_record(finding: Finding) -> dict[str, Any]:
