@@ -129,7 +129,7 @@ def _far_off(found: Fit, size: Array) -> Iterator[str]:
         named = ", ".join(str(k + 1) for k in far)
         yield (
             f"samples {named} are up to {1e3 * size[far].max():.3g} mm off, the others "
-            f"about {1e3 * typical:.3g} mm: mistakes among them? (--robust leaves them out)"
+            f"about {1e3 * typical:.3g} mm: mistakes among them? (--robust)"
         )
 
 
