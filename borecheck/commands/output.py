@@ -59,13 +59,19 @@ def emit(args: argparse.Namespace, document: Mapping[str, Any], text: Text) -> N
         document: The full result; its geometry, if any, stands under `display`.
         text: Renders it as plain text.
     """
-    if args.out is not None:
-        write_whole(args.out, dumps(document))
-    if args.report is not None:
-        from borecheck.report.page import page
+    try:
+        if args.out is not None:
+            write_whole(args.out, dumps(document))
+        if args.report is not None:
+            from borecheck.report.page import page
 
-        write_whole(args.report, page(document))
-    if args.format == "json":
+            write_whole(args.report, page(document))
+    finally:
+        _show(args.format, document, text)  # the work is done; it is not lost
+
+
+def _show(form: str, document: Mapping[str, Any], text: Text) -> None:
+    if form == "json":
         bare = {key: value for key, value in document.items() if key != "display"}
         sys.stdout.write(dumps(bare))
     elif sys.stdout.isatty():

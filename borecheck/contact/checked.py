@@ -12,9 +12,9 @@ from typing import Any
 from borecheck.contact.margin import Margin
 from borecheck.core.se3 import matrix_rpy
 from borecheck.plans.corridor import SLACK
-from borecheck.robots.reach import reach
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Obstacle, Scene
+from borecheck.robots.workspace import workspace
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def _out_of_reach(robot: Robot, scene: Scene) -> tuple[str, ...]:
     """A line where the robot surely reaches nothing: it, or they, stand elsewhere."""
     rooms = [
         ball.room_to(*obstacle.mesh.bounds)
-        for ball in reach(robot)
+        for ball in workspace(robot)
         for obstacle in scene.obstacles
     ]
     if not rooms or min(rooms) == 0.0:

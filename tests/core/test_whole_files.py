@@ -164,3 +164,12 @@ def test_an_output_is_none_of_the_files_that_are_read(tmp_path, capsys):
     assert main([*words, *both]) == 2
     assert "the same file" in capsys.readouterr().err
     assert path.read_text() == "j\n0\n"
+
+
+def test_a_result_that_cannot_be_written_is_shown_all_the_same(tmp_path, capsys):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    assert main(["fk", str(ROBOTS / "two_link.urdf"), "--q", "0", "--out", str(pipe)])
+    out, err = capsys.readouterr()
+    assert out.startswith("AGREE")
+    assert err == f"borecheck: error: {pipe}: cannot be written: nobody reads from it\n"

@@ -5,7 +5,7 @@ import pytest
 
 import borecheck as bc
 from borecheck.core.se3 import transform
-from borecheck.robots.reach import Ball, reach
+from borecheck.robots.workspace import Ball, workspace
 from tests.places import ROBOTS
 
 # Placements are exact to rounding; lengths of some 1 m.
@@ -35,7 +35,7 @@ def robots(tmp_path):
 
 def test_nothing_of_a_robot_is_ever_outside(tmp_path, rng):
     for robot in robots(tmp_path):
-        balls = reach(robot)
+        balls = workspace(robot)
         for q in robot.model.random_configurations(rng, 50):
             placed = robot.placements(q)
             for part, ball in zip(robot.parts, balls, strict=True):
@@ -47,7 +47,7 @@ def test_nothing_of_a_robot_is_ever_outside(tmp_path, rng):
 
 def test_lengths_by_hand(tmp_path):
     (tmp_path / "r.urdf").write_text(SLIDE_AND_TURN)
-    slider, turned = reach(bc.load_robot(tmp_path / "r.urdf"))
+    slider, turned = workspace(bc.load_robot(tmp_path / "r.urdf"))
     half_diagonal = np.sqrt(3 * 0.05**2)
     np.testing.assert_allclose(slider.centre, [0.0, 0.0, 1.0])
     assert slider.radius == pytest.approx(0.5 + half_diagonal)

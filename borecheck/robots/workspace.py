@@ -45,7 +45,7 @@ class _Frame:
     turned: bool
 
 
-def reach(robot: Robot) -> tuple[Ball, ...]:
+def workspace(robot: Robot) -> tuple[Ball, ...]:
     """A ball about everything that each of the robot's parts can get to.
 
     A joint that turns keeps its child's origin where it is and turns what hangs on it
