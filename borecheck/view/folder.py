@@ -8,7 +8,7 @@ from pathlib import Path
 
 from borecheck.core.whole_files import check_writable
 from borecheck.errors import UsageError
-from borecheck.robots.obstacle_files import split_file_text
+from borecheck.robots.file_text import split_file_text
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".dae")
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
+from borecheck.core.text import printable
 from borecheck.errors import MeshError
 from borecheck.geometry.mesh_files.numbers import shown
 from borecheck.geometry.mesh_files.text_ends import trimmed, without_mark
@@ -208,7 +209,7 @@ def read_document(data: bytes, file: File) -> Document:
     try:
         root = etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError, LookupError) as error:
-        reason = " ".join(str(error).split())[:120]
+        reason = printable(" ".join(str(error).split())[:120])
         raise MeshError(file, f"cannot be read as Collada: {reason}") from error
     if root.getroottree().docinfo.doctype:
         raise MeshError(file, "defines its own XML entities, which is refused")

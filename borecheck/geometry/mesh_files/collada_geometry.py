@@ -12,13 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.geometry.mesh_files.collada_document import Document, Element
+from borecheck.geometry.mesh_files.collada_sources import integers, natural, positions
 from borecheck.geometry.mesh_files.polygons import fan
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
 
 _WITHOUT_SURFACE = ("lines", "linestrips")
-_AXES = ["X", "Y", "Z"]
+_IN_SOURCE = (
+    *("asset", "float_array", "int_array", "bool_array", "Name_array", "IDREF_array"),
+    *("technique_common", "technique"),
+)
 
 
 def corners_of(document: Document, geometry: Element) -> Array:
@@ -34,9 +38,29 @@ def corners_of(document: Document, geometry: Element) -> Array:
         if name in _PRIMITIVES:
             primitive = _primitive(document, child)
             found.append(primitive.points[_PRIMITIVES[name](primitive)])
-        elif name not in ("source", "vertices", "extra", *_WITHOUT_SURFACE):
+        elif name in _WITHOUT_SURFACE:
+            _check_lines(document, child, name)
+        elif name not in ("source", "vertices", "extra"):
             raise document.error(f"<{name}> in a <mesh> is not read", child)
     return np.concatenate(found)
+
+
+def _check_lines(document: Document, element: Element, name: str) -> None:
+    """Lines have no surface, if they are what they say."""
+    lists = document.children(element, "p")
+    offsets = [natural(document, i, "offset") for i in _inputs(document, element)]
+    pairs = sum(len(integers(document, p)) for p in lists) / 2.0 / (max(offsets) + 1)
+    found = pairs if name == "lines" else len(lists)
+    if found != natural(document, element, "count"):
+        said = f"<{name}> says {element.get('count')} and holds {found:g}"
+        raise document.error(said, element)
+
+
+def _inputs(document: Document, element: Element) -> list[Element]:
+    inputs = document.children(element, "input")
+    if not inputs:
+        raise document.error(f"<{document.name(element)}> has no <input>", element)
+    return inputs
 
 
 def _mesh(document: Document, geometry: Element) -> Element:
@@ -48,6 +72,12 @@ def _mesh(document: Document, geometry: Element) -> Element:
     mesh = document.only(geometry, "mesh")
     if mesh is None:
         raise document.error("a <geometry> without a <mesh>", geometry)
+    document.only(mesh, "vertices")
+    for source in document.children(mesh, "source"):
+        for child in source:
+            if document.name(child) not in _IN_SOURCE:
+                name = document.name(child)
+                raise document.error(f"<{name}> in a <source> is not read", child)
     return mesh
 
 
@@ -72,7 +102,7 @@ class _Primitive:
     @property
     def count(self) -> int:
         """What the attribute `count` says."""
-        return _natural(self.document, self.element, "count")
+        return natural(self.document, self.element, "count")
 
     def corner_lists(self) -> list[Ids]:
         """Vertex numbers of each <p>, in file order."""
@@ -98,8 +128,8 @@ class _Primitive:
 
 
 def _primitive(document: Document, element: Element) -> _Primitive:
-    inputs = document.children(element, "input")
-    offsets = [_natural(document, i, "offset") for i in inputs]
+    inputs = _inputs(document, element)
+    offsets = [natural(document, i, "offset") for i in inputs]
     own = [k for k, i in enumerate(inputs) if i.get("semantic") == "VERTEX"]
     name = document.name(element)
     if len(own) != 1:
@@ -108,7 +138,7 @@ def _primitive(document: Document, element: Element) -> _Primitive:
         if document.name(child) not in ("input", "p", "vcount", "extra"):
             problem = f"<{document.name(child)}> in <{name}> is not read"
             raise document.error(f"{problem}: export triangles", child)
-    points = _positions(document, inputs[own[0]])
+    points = positions(document, inputs[own[0]])
     return _Primitive(document, element, points, max(offsets) + 1, offsets[own[0]])
 
 
@@ -181,87 +211,3 @@ def _all(lists: list[Ids]) -> Ids:
 
 def _stacked(parts: Iterable[Ids]) -> Ids:
     return np.concatenate([np.zeros((0, 3), dtype=np.int64), *parts])
-
-
-def _positions(document: Document, vertex: Element) -> Array:
-    """The points behind an input VERTEX: its <vertices>' one POSITION, (n, 3)."""
-    vertices = document.target(vertex, "source", "vertices")
-    inputs = document.children(vertices, "input")
-    positions = [i for i in inputs if i.get("semantic") == "POSITION"]
-    if len(positions) != 1:
-        said = f"<vertices> has {len(positions)} inputs POSITION, not one"
-        raise document.error(said, vertices)
-    source = document.target(positions[0], "source", "source")
-    common = document.only(source, "technique_common")
-    accessor = None if common is None else document.only(common, "accessor")
-    if accessor is None:
-        raise document.error("a source of positions without an <accessor>", source)
-    return _accessed(document, accessor)
-
-
-def _accessed(document: Document, accessor: Element) -> Array:
-    """The points that an accessor picks out of its array, (n, 3)."""
-    array = document.target(accessor, "source", "float_array")
-    values = floats(document, array)
-    if len(values) != _natural(document, array, "count"):
-        said = f"<float_array> says {array.get('count')} and holds {len(values)}"
-        raise document.error(said, array)
-    names = [param.get("name") for param in document.children(accessor, "param")]
-    if [name for name in names if name is not None] != _AXES:
-        raise document.error("positions that are not X, Y, Z", accessor)
-    count = _natural(document, accessor, "count")
-    offset = _natural(document, accessor, "offset", 0)
-    stride = _natural(document, accessor, "stride", 1)
-    columns = offset + np.array([k for k, name in enumerate(names) if name is not None])
-    if stride < len(names) or count > len(values):
-        raise document.error("an <accessor> that makes no sense", accessor)
-    if count and (count - 1) * stride + int(columns.max()) >= len(values):
-        raise document.error("an <accessor> beyond the end of its array", accessor)
-    return values[np.arange(count)[:, None] * stride + columns]
-
-
-def floats(document: Document, element: Element) -> Array:
-    """The numbers in an element's text.
-
-    Raises:
-        MeshError: A word that is no number.
-    """
-    try:
-        return np.array(_words(element), dtype=np.float64)
-    except (ValueError, OverflowError):
-        name = document.name(element)
-        raise document.error(f"<{name}> holds no list of numbers", element) from None
-
-
-def integers(document: Document, element: Element) -> Ids:
-    """The whole numbers in an element's text.
-
-    Raises:
-        MeshError: A word that is none.
-    """
-    try:
-        return np.array(_words(element), dtype=np.int64)
-    except (ValueError, OverflowError):
-        name = document.name(element)
-        raise document.error(f"<{name}> holds no whole numbers", element) from None
-
-
-def _words(element: Element) -> list[bytes]:
-    """Words of an element that holds nothing but text."""
-    text = element.text or ""
-    if len(element) or "_" in text:  # Python takes 1_000 for a number
-        raise ValueError
-    return text.encode("ascii").split()
-
-
-def _natural(
-    document: Document, element: Element, attribute: str, unsaid: int | None = None
-) -> int:
-    text = element.get(attribute)
-    if text is None and unsaid is not None:
-        return unsaid
-    word = (text or "").strip()
-    if not (word.isascii() and word.isdecimal() and len(word) <= 12):
-        said = f"<{document.name(element)}> has no {attribute} that is a number"
-        raise document.error(said, element)
-    return int(word)

@@ -15,7 +15,8 @@ from borecheck.geometry.mesh_files.collada_document import (
     Element,
     descendants,
 )
-from borecheck.geometry.mesh_files.collada_geometry import corners_of, floats
+from borecheck.geometry.mesh_files.collada_geometry import corners_of
+from borecheck.geometry.mesh_files.collada_sources import floats
 
 Array = NDArray[np.float64]
 
@@ -29,7 +30,7 @@ _INSTANCES = ("instance_geometry", "instance_controller", "instance_node")
 _SURFACES = (
     *("mesh", "convex_mesh", "brep", "spline", "skin", "morph"),
     *("polygons", "polylist", "triangles", "trifans", "tristrips"),
-    *("instance_physics_scene", "instance_rigid_body"),
+    *("instance_physics_scene", "instance_rigid_body", "input"),
 )
 _HIDDEN = frozenset((*_SURFACES, *_INSTANCES, *_MOVES, *_UNCLEAR_MOVES))
 _LIBRARIES_OF_LOOKS = frozenset(
@@ -100,7 +101,7 @@ def _shown_scene(document: Document) -> Element:
 
 def _refuse_hidden(document: Document) -> None:
     """Surfaces and moves in a vendor's own data would be lost in silence."""
-    for kind in ("extra", "technique"):
+    for kind in ("extra", "technique", "asset", "evaluate_scene"):
         for element in document.root.iter(f"{{*}}{kind}"):
             above = {document.name(e) for e in element.iterancestors()}
             if above & _LIBRARIES_OF_LOOKS:
@@ -150,6 +151,7 @@ class _Scene:
         T_scene_node, unclear = _placement(document, node, T_scene_parent, unclear)
         for child in node:
             name = document.name(child)
+            _check_kind(document, child, name)
             if name == "node":
                 self.walk(child, T_scene_node, unclear)
             elif name == "instance_node":
@@ -181,6 +183,19 @@ class _Scene:
             is_mirrored = np.linalg.det(T[:3, :3]) < 0.0
         moved = moved.reshape(-1, 3, 3)
         self.placed.append(moved[:, ::-1] if is_mirrored else moved)
+
+
+def _check_kind(document: Document, element: Element, name: str) -> None:
+    """An element that holds or names what belongs to another kind is refused."""
+    target = element.get("url", "")
+    is_move = name in (*_MOVES, *_UNCLEAR_MOVES)
+    if not is_move and (element.text or "").strip():
+        raise document.error(f"<{name}> with text in it is not read", element)
+    if target and not name.startswith("instance_"):
+        raise document.error(f"<{name}> with a url is not read", element)
+    named = {document.name(e) for e in document.with_id(target[1:])}
+    if name in _LOOKS and named & {"geometry", "node", "controller"}:
+        raise document.error(f"<{name}> of a surface is not read", element)
 
 
 def _placement(

@@ -11,6 +11,7 @@ _SAID_BY_FIRST_BYTES: tuple[tuple[bytes, str], ...] = (
     (b"iso-10303-21", "a STEP file: export a triangle mesh from it first"),
     (b"# vtk datafile", "a VTK file: export a triangle mesh from it first"),
 )
+_TEXT = frozenset(b"\t\n\r" + bytes(range(32, 127)))
 _START = 512  # enough for every signature, and never a scan of a whole large file
 
 
@@ -38,6 +39,6 @@ def _is_utf16(start: bytes) -> bool:
     words = start[:32]
     halves = words[0::2], words[1::2]
     return any(
-        len(words) == 32 and not any(zeros) and text.decode("latin-1").isprintable()
+        len(words) == 32 and not any(zeros) and all(c in _TEXT for c in text)
         for zeros, text in (halves, halves[::-1])
     )

@@ -13,7 +13,7 @@ from borecheck.geometry.mesh_files.reading import (
     stated_frame,
     write_stl,
 )
-from borecheck.robots.obstacle_files import split_file_text
+from borecheck.robots.file_text import split_file_text
 from tests.geometry.mesh_files.collada_text import ASSET, document
 from tests.places import DATA
 
