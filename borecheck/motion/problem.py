@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 from borecheck.core.se3 import check_transform
 from borecheck.errors import GeometryError, UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.surfaces import surface
 from borecheck.geometry.tree.mesh_tree import MeshTree
-from borecheck.geometry.triangles.topology import Topology, topology
+from borecheck.geometry.triangles.topology import Topology
 from borecheck.motion import halving as path_kernels
 from borecheck.motion.bounds import WORLD, Chain, Route, mesh_radius, route
 from borecheck.motion.swept_boxes import LARGEST_PLACE
@@ -58,21 +59,20 @@ class Body:
             raise GeometryError(f"{self.name}: a link's mesh must be in its frame")
         object.__setattr__(self, "T_frame_mesh", T)
 
-    @cached_property
+    @property
     def tree(self) -> MeshTree:
-        """Bounding-volume tree, built on first use."""
-        return MeshTree.of(self.mesh)
+        """Bounding-volume tree, built on the mesh's first use anywhere."""
+        return surface(self.mesh).tree
 
-    @cached_property
+    @property
     def topology(self) -> Topology:
-        """Closedness and components, found on first use."""
-        return topology(self.mesh)
+        """Closedness and components, found on the mesh's first use anywhere."""
+        return surface(self.mesh).topology
 
-    @cached_property
+    @property
     def one_corner_each(self) -> Array:
         """A corner of every connected component, (c, 3), [m]."""
-        first = np.unique(self.topology.component, return_index=True)[1]
-        return self.mesh.vertices[self.mesh.triangles[first, 0]]
+        return surface(self.mesh).representatives
 
     @cached_property
     def radius(self) -> float:

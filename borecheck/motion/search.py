@@ -7,6 +7,8 @@ of it is clear (`swept_boxes`). What stays open is halved in time (`halving`) un
 it is proven clear, shown to be in contact, or too short to go on: that is `unknown`.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -75,6 +77,24 @@ def search(
     return verdict if problem.doubt is None else in_doubt(verdict, problem.doubt)
 
 
+@dataclass(frozen=True, eq=False)
+class Examined:
+    """What is known of one pair over the whole motion.
+
+    Attributes:
+        rows: (begin, end, TOUCHED or UNDECIDED), times in waypoints, in order. The
+            rest is proven clear by more than the pair's margin.
+        pieces: Pieces of time tried.
+        poses: Poses judged exactly.
+        gave_up: Whether a limit ended it.
+    """
+
+    rows: Array
+    pieces: int
+    poses: int
+    gave_up: bool
+
+
 def _examine(
     chain: Chain,
     pair: Pair,
@@ -85,8 +105,40 @@ def _examine(
     timeline: Timeline,
 ) -> None:
     """Adds what is found about a pair to the timeline."""
+    found = examine_pair(
+        chain, pair, way, motion, resolution, piece_limit, timeline.settled()
+    )
+    timeline.count(found.pieces, found.poses)
+    if len(found.rows):
+        timeline.add(pair.names, found.rows)
+    if found.gave_up:
+        timeline.note(pair.names, f"gave up after {found.pieces} pieces")
+
+
+def examine_pair(
+    chain: Chain,
+    pair: Pair,
+    way: Route,
+    motion: Motion,
+    resolution: float,
+    piece_limit: int,
+    settled: Array,
+    quick_limit: int | None = None,
+) -> Examined:
+    """One pair over the whole motion: by boxes and planes, then by true distances.
+
+    Args:
+        chain: The robot's joints.
+        pair: Who must not come nearer than its margin.
+        way: The route between their frames.
+        motion: The whole motion.
+        resolution: Pieces with less motion are not halved, [m].
+        piece_limit: Pieces looked at before the rest is left undecided.
+        settled: Stretches that are not looked at, in waypoints, (k, 2).
+        quick_limit: Of the pieces, so many by boxes and planes; QUICK_LIMIT by default.
+    """
     a, b = pair.moving, pair.standing
-    quick = min(piece_limit, QUICK_LIMIT)
+    quick = min(piece_limit, QUICK_LIMIT if quick_limit is None else quick_limit)
     findings, found, looked, judged = path_kernels.examine(
         motion.theta,
         chain.parent,
@@ -117,20 +169,20 @@ def _examine(
         motion.is_placed,
         motion.bends,
         motion.has_bend,
-        timeline.settled(),
+        settled,
         np.zeros((64, 3)),
     )
-    timeline.count(looked, judged)
-    if looked > quick:
-        findings, looked = _examined_by_distance(
-            chain, pair, way, motion, findings[:found], resolution, piece_limit
-        )
-        found = len(findings)
-        timeline.count(looked, looked)
-    if found:
-        timeline.add(pair.names, findings[:found])
-    if looked > piece_limit:
-        timeline.note(pair.names, f"gave up after {looked} pieces")
+    rows = findings[:found]
+    # Planes give up where pieces are too many, and at pairs that hardly move at all
+    # and that no plane tried separates: a rod beside its twin.
+    only_open = found > 0 and bool((rows[:, 2] == path_kernels.UNDECIDED).all())
+    if looked <= quick and not only_open:
+        return Examined(rows, looked, judged, False)
+    rows, further = _examined_by_distance(
+        chain, pair, way, motion, rows, resolution, piece_limit
+    )
+    gave_up = further > piece_limit
+    return Examined(rows, looked + further, judged + further, gave_up)
 
 
 def _examined_by_distance(
