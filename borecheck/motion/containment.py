@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from borecheck.geometry.tree.build import CHILD_ROW, WIDTH
-from borecheck.geometry.triangles.placing import place_mesh, place_point
+from borecheck.geometry.triangles.placing import place_mesh, place_point, placed_bounds
 from borecheck.geometry.triangles.solid import Containment, contained
 from borecheck.geometry.triangles.winding import ON_SURFACE, crossings
 from borecheck.motion.bounds import WORLD, Chain, Route, displacement, gains
@@ -173,12 +173,13 @@ def along_ray(nodes, frame, depth, point):  # type: ignore[no-untyped-def]
 
 
 def _boxes_stay_apart(chain: Chain, pair: "Pair", way: Route, motion: "Motion") -> bool:
-    """Whether the sphere round a's box stays outside the box of b all the way."""
+    """Whether a's box, or the sphere round it, stays outside b's box all the way."""
     a, b = pair.moving, pair.standing
     gain = gains(chain, way, a.radius, motion.largest)
     steps = displacement(way, gain, np.diff(motion.theta, axis=0))
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
-    times = np.linspace(0.0, len(motion.theta) - 1.0, INSTANTS)
+    count = INSTANTS if travelled[-1] > 0.0 else 1  # what stands still is seen once
+    times = np.linspace(0.0, len(motion.theta) - 1.0, count)
     at = np.interp(times, np.arange(len(travelled)), travelled)
     low_a, high_a = a.mesh.bounds
     middle, radius = 0.5 * (low_a + high_a), float(np.linalg.norm(high_a - low_a)) / 2
@@ -186,8 +187,11 @@ def _boxes_stay_apart(chain: Chain, pair: "Pair", way: Route, motion: "Motion") 
     for time, until in zip(times, np.diff(at, append=at[-1]), strict=True):
         placed = motion.place(chain, float(time))
         undo = pair.undo if b.frame == WORLD else np.linalg.inv(placed[b.frame])
-        centre = undo @ placed[a.frame] @ np.append(middle, 1.0)
+        T_b_a = undo @ placed[a.frame]
+        centre = T_b_a @ np.append(middle, 1.0)
         outside = np.maximum(np.maximum(low - centre[:3], centre[:3] - high), 0.0)
-        if np.linalg.norm(outside) <= radius + until + 1e-6:
+        near = np.linalg.norm(outside) <= radius + until + 1e-6
+        low_a, high_a = placed_bounds(T_b_a, a.mesh.bounds)
+        if near and np.maximum(low - high_a, low_a - high).max() <= until + 1e-6:
             return False
     return True
