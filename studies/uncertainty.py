@@ -1,9 +1,10 @@
-"""Are stated probabilities of contact calibrated? A reliability table over plans.
+"""Are first-order probabilities of contact calibrated? A reliability table over plans.
 
 Random needle plans for Zerobot whose nominal pose comes near the gantry; for each the
-probability of contact is stated to first order, and one world is drawn in which contact
-happens or not (by exact clearance, with joints, dimensions and registration off by the
-drawn errors). Of all plans called 20 to 30 %, about a quarter must end in contact.
+probability of contact with it is estimated to first order, and one world is drawn in
+which contact happens or not (by exact clearance, with joints, dimensions and
+registration off by the drawn errors). Of all plans called 20 to 30 %, about a quarter
+must end in contact.
 
     python -m studies.uncertainty --plans 1000 --plot reliability.svg
 """
@@ -25,7 +26,7 @@ from borecheck.robots.scene import Scene, load_scene
 from borecheck.uncertainty.contact_probability import contact_probability
 from borecheck.uncertainty.covariance import Uncertainty, from_document
 from borecheck.uncertainty.disturbed import Disturbed
-from borecheck.uncertainty.linear import cuts, square_root
+from borecheck.uncertainty.linear import cuts
 from zerobot.kinematics import inverse
 
 Array = NDArray[np.float64]
@@ -135,7 +136,7 @@ def study(plans: int, seed: int, against: int) -> dict[str, object]:
     robot = load_robot("zerobot")
     scene = load_scene("ct_gantry", couch="no", patient="no")
     uncertainty: Uncertainty = from_document(UNCERTAINTY, robot)
-    root = square_root(uncertainty.covariance)
+    root = uncertainty.root
     rng = np.random.default_rng(seed)
     stated, happened = np.zeros(plans), np.zeros(plans, dtype=bool)
     differ = []
@@ -145,7 +146,7 @@ def study(plans: int, seed: int, against: int) -> dict[str, object]:
         assert found is not None  # the nominal pose is clear
         stated[i] = found.probability(0.0)
         happened[i] = happens(
-            robot, scene, disturbed, root @ rng.standard_normal(len(root))
+            robot, scene, disturbed, root @ rng.standard_normal(root.shape[1])
         )
         if i < against:
             drawn = contact_probability(

@@ -159,6 +159,8 @@ def _weigher(
             verdicts = [plan["verdict"] for plan in document["plans"]]
             total = len(verdicts) + len(document["not_checked"])
             document["reason"] = _counted(verdicts, total)
+            if document["verdict"] == "clear":
+                document["reason"] += f", the risk of {args.risk:g} kept"
 
     return weigh
 

@@ -1,8 +1,8 @@
 """`check --uncertainty FILE`: what it adds to a result.
 
-The probability is asked about the nominal pose, or about the pose of a motion that
-comes nearest; for a whole motion it is therefore a lower bound. Where the accepted risk
-is not known to be kept, `clear` becomes `unknown`.
+Every pose, path and plan is judged anew with errors drawn for it, each draw as a whole:
+`uncertainty.contact_probability`. A nominal `clear` stays one only where the accepted
+risk is shown to be kept; where it is exceeded or not shown, it becomes `unknown`.
 """
 
 import argparse
@@ -11,22 +11,26 @@ from typing import Any
 
 import numpy as np
 
+from borecheck.commands.progress import Progress
+from borecheck.contact.margin import margin_for
 from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, worst_of
+from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
+from borecheck.geometry.surfaces import checker_name
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 from borecheck.uncertainty.contact_probability import (
+    EXCEEDED,
+    KEPT,
     ContactProbability,
     check_request,
     contact_probability,
 )
 from borecheck.uncertainty.covariance import Uncertainty, read_uncertainty
+from borecheck.uncertainty.estimate import first_order
 
-NOTE = (
-    "the probability is that of the pose that comes nearest: "
-    "for the whole motion it is a lower bound"
-)
+INTERRUPTED = "; but its risk was not asked about: interrupted"
 
 
 def prepared(args: argparse.Namespace, robot: Robot) -> Uncertainty:
@@ -34,11 +38,17 @@ def prepared(args: argparse.Namespace, robot: Robot) -> Uncertainty:
 
     Raises:
         InputError: The file cannot be used.
-        UsageError: A risk, a number of draws or a seed that makes no sense.
+        UsageError: A risk, a number of draws, a seed or a margin that makes no sense.
     """
     check_request(args.risk, args.draws)
     if args.seed < 0:
         raise UsageError(f"--seed {args.seed} is not 0 or more")
+    size, checker = parse_length(args.margin), checker_name(args.checker)
+    if margin_for(checker, size, args.margin_kind).enlarges:
+        raise UsageError(
+            "--uncertainty asks for the true distance in every draw: give a margin of "
+            "kind offset (--checker exact --margin-kind offset)"
+        )
     return read_uncertainty(args.uncertainty, robot)
 
 
@@ -51,6 +61,8 @@ def add_probabilities(
 ) -> None:
     """Adds `uncertainty` to every judged pose of a `check` result, and judges by it.
 
+    What is finished stays when the user interrupts; the rest is `unknown`.
+
     Args:
         document: The result of `check`; changed in place.
         robot: The robot that was checked.
@@ -58,12 +70,17 @@ def add_probabilities(
         uncertainty: From `prepared`.
         args: The options, for risk, draws and seed.
     """
-    for block in _judged(document):
-        found = _probability(block, robot, scene, uncertainty, args)
-        block["uncertainty"] = found.to_json()
-        if "path" in block:
-            block["uncertainty"]["note"] = NOTE
-        _judge(block, found)
+    waiting = list(_judged(document))
+    try:
+        while waiting:
+            _add(waiting[0], robot, scene, uncertainty, args)
+            waiting.pop(0)
+    except KeyboardInterrupt:
+        document["interrupted"] = True
+        for block in waiting:
+            if block["verdict"] == CLEAR:
+                block["verdict"] = UNKNOWN
+                block["reason"] += INTERRUPTED
     if "plans" in document:
         document["verdict"] = worst_of([p["verdict"] for p in document["plans"]])
 
@@ -73,40 +90,71 @@ def _judged(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
     return (block for block in blocks if "q" in block)
 
 
-def _probability(
+def _add(
     block: dict[str, Any],
     robot: Robot,
     scene: Scene,
     uncertainty: Uncertainty,
     args: argparse.Namespace,
-) -> ContactProbability:
-    corridor = None
-    if "entry" in block:
-        entry, target = np.array(block["entry"]), np.array(block["target"])
-        radius = robot.description.needle_radius if robot.description else 0.0
-        corridor = Corridor(entry, target, radius)
-    return contact_probability(
+) -> None:
+    margin, corridor = block.get("margin_m", 0.0), _corridor(block, robot)
+    name = f" of plan {block['name']}" if "name" in block else ""
+    found = contact_probability(
         robot,
         scene,
-        robot.model.configuration(block["q"]),
+        _motion(block, robot),
         uncertainty,
-        margin=block.get("margin_m", 0.0),
+        margin=margin,
         risk=args.risk,
         samples=args.draws,
         seed=args.seed,
         corridor=corridor,
+        progress=Progress(f"draws{name}"),
     )
+    estimate = first_order(
+        robot,
+        scene,
+        robot.model.configuration(block["q"]),
+        uncertainty,
+        margin=margin,
+        risk=args.risk,
+        corridor=corridor,
+    )
+    block["uncertainty"] = found.to_json()
+    block["uncertainty"]["first_order"] = estimate.to_json() if estimate else None
+    _judge(block, found)
+
+
+def _motion(block: dict[str, Any], robot: Robot) -> list[Any]:
+    """The waypoints of a motion; of a pose the pose alone."""
+    points = block["path"]["waypoints"] if "path" in block else [block["q"]]
+    return [robot.model.configuration(q) for q in points]
+
+
+def _corridor(block: dict[str, Any], robot: Robot) -> Corridor | None:
+    if "entry" not in block:
+        return None
+    entry, target = np.array(block["entry"]), np.array(block["target"])
+    radius = robot.description.needle_radius if robot.description else 0.0
+    return Corridor(entry, target, radius)
 
 
 def _judge(block: dict[str, Any], found: ContactProbability) -> None:
-    """A nominal `clear` stays one only if the risk is known to be kept."""
-    if block["verdict"] != CLEAR or found.within_risk is True:
+    """A nominal `clear` stays one only if the risk is shown to be kept."""
+    if block["verdict"] != CLEAR:
         return
-    likely = found.probability if found.probability is not None else found.first_order
-    known = "exceeds" if found.within_risk is False else "is not known to be within"
     required = CONTACT if found.margin_m == 0.0 else "coming within the margin"
+    if found.answer == KEPT:
+        at_most = f"at most {found.upper:.2g} at 95 %"
+        block["reason"] += f"; risk of {found.risk:g} kept: {required} {at_most}"
+        return
     block["verdict"] = UNKNOWN
+    if found.answer == EXCEEDED:
+        block["reason"] += (
+            f"; but the probability of {required} ({found.probability:.2g}) exceeds "
+            f"the accepted {found.risk:g}"
+        )
+        return
     block["reason"] += (
-        f"; but the probability of {required} ({likely:.2g}) {known} "
-        f"the accepted {found.risk:g}"
+        f"; but that the risk of {found.risk:g} is kept is not shown: {found.why}"
     )

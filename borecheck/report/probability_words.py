@@ -9,24 +9,72 @@ def lines(block: Mapping[str, Any]) -> list[str]:
     found = block.get("uncertainty")
     if found is None:
         return []
-    parts = []
-    if found["probability"] is not None:
-        low, high = found["interval"]
-        parts.append(
-            f"{found['probability']:.2g} from {found['samples']} draws "
-            f"(95 %: {low:.2g} to {high:.2g})"
+    told = [f"probability of contact: {_drawn(found)}", _risk(found)]
+    if found["meets"]:
+        first, second, share = found["meets"][0]
+        told.append(f"most often {first} meets {second}, in {share:.1%} of the draws")
+    return [*told, *_estimate(found, "path" in block)]
+
+
+def cells(block: Mapping[str, Any]) -> tuple[str, str]:
+    """The probability with its interval, and the risk, for a row of a table."""
+    found = block.get("uncertainty")
+    if found is None:
+        return "-", "-"
+    return _with_interval(found), f"{found['risk']:g} {found['answer']}"
+
+
+def _with_interval(found: Mapping[str, Any]) -> str:
+    if found["probability"] is None:
+        return "not drawn"
+    low, high = found["interval"]
+    return f"{found['probability']:.2g} ({low:.2g} to {high:.2g})"
+
+
+def _drawn(found: Mapping[str, Any]) -> str:
+    """Estimate and interval, and what they rest on."""
+    proven = ""
+    if found["outside"] < 1.0:
+        proven = (
+            f"; errors up to {found['proven_radius']:.2f} sigma together are proven "
+            f"harmless, larger ones have a probability of {found['outside']:.2g}"
         )
-    if found["first_order"] is not None:
-        low, high = found["first_order_bounds"]
-        span = f"{low:.2g} to {high:.2g}"
-        # the draws of the linear model end at 5e-6; below, the bounds say more
-        known = f"{found['first_order']:.2g} ({span})" if found["first_order"] else span
-        parts.append(f"{known} to first order")
-    told = ["probability of contact: " + ", ".join(parts)]
-    margin = found["margin_for_risk_m"]
-    if margin is not None:
-        told.append(
-            f"for a risk of {found['risk']:g} a clearance of {1e3 * margin:.2f} mm is "
-            f"needed, nominal {1e3 * found['clearance_m']:.2f} mm"
-        )
-    return told
+    if found["probability"] is None:
+        return f"not drawn{proven}"
+    low, high = found["interval"]
+    undecided = ""
+    if found["undecided"]:
+        undecided = f", {found['undecided']:,} undecided"
+    among = " of those" if proven else ""
+    return (
+        f"{found['probability']:.2g} (95 %: {low:.2g} to {high:.2g}){proven}; "
+        f"{found['contacts']:,} of {found['samples']:,} draws{among} in contact"
+        f"{undecided}, each judged as a whole"
+    )
+
+
+def _risk(found: Mapping[str, Any]) -> str:
+    """Whether the risk is kept, with the exact limit that says so."""
+    told = f"risk of {found['risk']:g} {found['answer']}"
+    if found["answer"] == "kept":
+        return f"{told}: at most {found['upper']:.2g} (exact limit, 95 %)"
+    if found["answer"] == "exceeded":
+        return f"{told}: at least {found['lower']:.2g} (exact limit, 95 %)"
+    limit = f"at most {found['upper']:.2g} (exact limit, 95 %)"
+    return f"{told}: {limit}; {found['why']}"
+
+
+def _estimate(found: Mapping[str, Any], is_motion: bool) -> list[str]:
+    """What the linear model adds: never a proof."""
+    estimate = found["first_order"]
+    if estimate is None or estimate["margin_for_risk_m"] is None:
+        return []
+    # the draws of the linear model end at 5e-6; below, the sum of its cuts says more
+    likely = estimate["probability"] or estimate["span"][1]
+    where = " at the pose that comes nearest" if is_motion else ""
+    return [
+        f"to first order{where}, obstacles alone, its error not bounded: {likely:.2g}; "
+        f"a risk of {found['risk']:g} would need a clearance of "
+        f"{1e3 * estimate['margin_for_risk_m']:.2f} mm, "
+        f"nominal {1e3 * estimate['clearance_m']:.2f} mm"
+    ]

@@ -5,6 +5,7 @@ from typing import Any
 
 from borecheck.core.text import in_lines, printable
 from borecheck.report.checked_words import lines as checked_lines
+from borecheck.report.probability_words import cells as probability_cells
 from borecheck.report.probability_words import lines as probability_lines
 
 MARKS = {"clear": "CLEAR", "contact": "CONTACT", "unknown": "UNKNOWN"}
@@ -26,7 +27,11 @@ def check_text(document: Mapping[str, Any]) -> str:
 
 def _plans_text(document: Mapping[str, Any]) -> str:
     """All plans, the worst of them first in words; a row for each."""
-    rows = [("plan", "verdict", "least clearance", "reason")]
+    asked = any("uncertainty" in plan for plan in document["plans"])
+    likely = ("probability of contact", "risk") if asked else ()
+    rows: list[tuple[str, ...]] = [
+        ("plan", "verdict", "least clearance", *likely, "reason")
+    ]
     for plan in document["plans"]:
         least = plan.get("clearance_m")
         touches = plan["verdict"] == "contact" and least is None
@@ -35,6 +40,7 @@ def _plans_text(document: Mapping[str, Any]) -> str:
                 plan["name"],
                 MARKS[plan["verdict"]],
                 "none" if touches else millimetres(least),
+                *(probability_cells(plan) if asked else ()),
                 plan["reason"],
             )
         )

@@ -9,7 +9,7 @@ deviations, `{"q1": "0.1mm", "q4": "0.05deg"}`, or names and a covariance in SI,
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,8 +29,12 @@ ANGLES = ("rx", "ry", "rz")
 
 MAX_BYTES = 1_000_000
 
-# A covariance typed with six digits is symmetric and not negative to that.
-COVARIANCE_TOLERANCE = 1e-6
+# Correlations of a covariance typed with six digits are symmetric and not negative to
+# that. Of the covariance itself nothing like it holds: metres stand beside radians.
+CORRELATION_TOLERANCE = 1e-6
+
+# Larger standard deviations are a mistaken unit: no robot stands so, [m] and [rad].
+LARGEST_LENGTH, LARGEST_ANGLE = 1.0, math.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +58,37 @@ class Block:
             raise UsageError(f"covariance {covariance.shape} of {n} names")
         if not np.isfinite(covariance).all():
             raise UsageError("covariance holds a number that is not finite")
-        scale = np.abs(covariance).max(initial=0.0) * COVARIANCE_TOLERANCE
-        if np.abs(covariance - covariance.T).max(initial=0.0) > scale:
-            raise UsageError("covariance is not symmetric")
-        if n and np.linalg.eigvalsh(covariance).min() < -scale:
-            raise UsageError("covariance has a negative eigenvalue")
+        _check_covariance(covariance)
         covariance.setflags(write=False)
         object.__setattr__(self, "covariance", covariance)
+
+
+def _check_covariance(covariance: Array) -> None:
+    """Refuses what is no covariance, each quantity measured in its own size."""
+    variance = np.diag(covariance)
+    if (variance < 0.0).any():
+        raise UsageError("covariance has a negative variance on its diagonal")
+    size = np.sqrt(variance)
+    exact = size == 0.0
+    if covariance[exact].any() or covariance[:, exact].any():
+        raise UsageError("covariance: a quantity of variance 0 varies with another")
+    size[exact] = 1.0
+    correlation = covariance / size[:, None] / size
+    if np.abs(correlation - correlation.T).max(initial=0.0) > CORRELATION_TOLERANCE:
+        raise UsageError("covariance is not symmetric")
+    if np.abs(correlation).max(initial=0.0) > 1.0 + CORRELATION_TOLERANCE:
+        raise UsageError("covariance has a correlation beyond 1")
+    if np.linalg.eigvalsh(correlation).min(initial=0.0) < -CORRELATION_TOLERANCE:
+        raise UsageError("covariance has a negative eigenvalue")
+
+
+def square_root(covariance: Array) -> Array:
+    """A matrix A (n, k) with A A^T = covariance; k: in how many ways it varies."""
+    size = np.sqrt(np.diag(covariance))
+    scale = np.where(size > 0.0, size, 1.0)
+    values, vectors = np.linalg.eigh(covariance / scale[:, None] / scale)
+    kept = values > CORRELATION_TOLERANCE * 1e-6
+    return np.asarray(size[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,14 +113,31 @@ class Uncertainty:
     @property
     def covariance(self) -> Array:
         """Of all quantities together, (n, n)."""
-        blocks = [self.joints, self.dimensions, self.registration]
-        total = np.zeros((len(self.names), len(self.names)))
-        start = 0
-        for block in blocks:
-            end = start + len(block.names)
-            total[start:end, start:end] = block.covariance
-            start = end
-        return total
+        return _block_diagonal([block.covariance for block in self.blocks])
+
+    @property
+    def blocks(self) -> tuple[Block, Block, Block]:
+        """Joints, dimensions, registration."""
+        return self.joints, self.dimensions, self.registration
+
+    @property
+    def root(self) -> Array:
+        """A matrix A (n, k) with A A^T = covariance, block by block.
+
+        Errors are A z with z standard normal, (k,).
+        """
+        return _block_diagonal([square_root(block.covariance) for block in self.blocks])
+
+
+def _block_diagonal(blocks: Sequence[Array]) -> Array:
+    shapes = np.array([block.shape for block in blocks])
+    total = np.zeros(shapes.sum(axis=0))
+    row, column = 0, 0
+    for block in blocks:
+        rows, columns = block.shape
+        total[row : row + rows, column : column + columns] = block
+        row, column = row + rows, column + columns
+    return total
 
 
 def read_uncertainty(path: str | Path, robot: Robot) -> Uncertainty:
@@ -148,39 +193,93 @@ def _block(given: Any, kinds: Mapping[str, bool], where: str) -> Block:
     if not isinstance(given, dict):
         raise UsageError(f"{where} is no object")
     if "covariance" in given:
-        if set(given) != {"names", "covariance"}:
-            raise UsageError(f"{where} needs names and covariance, and nothing else")
-        names = given["names"]
-        if not isinstance(names, list):
-            raise UsageError(f"{where}: names is no list")
+        names, covariance = _matrix_block(given, where)
         _check_names(names, kinds, where)
-        try:
-            covariance = np.array(given["covariance"], dtype=np.float64)
-        except (ValueError, TypeError) as error:
-            raise UsageError(f"{where}: covariance is no matrix of numbers") from error
-        return Block(tuple(names), covariance.reshape(covariance.shape or (1,)))
-    _check_names(list(given), kinds, where)
-    sizes = [_size(value, kinds[name], name) for name, value in given.items()]
-    return Block(tuple(given), np.diag(np.square(sizes)) if sizes else np.zeros((0, 0)))
+    else:
+        names = list(given)
+        _check_names(names, kinds, where)
+        sizes = [_size(value, kinds[name], name) for name, value in given.items()]
+        covariance = np.diag(np.square(sizes)) if sizes else np.zeros((0, 0))
+    block = Block(tuple(names), covariance)
+    for name, variance in zip(names, np.diag(block.covariance), strict=True):
+        _check_size(math.sqrt(variance), kinds[name], f"{where}: {name}")
+    return block
 
 
-def _check_names(names: list[Any], kinds: Mapping[str, bool], where: str) -> None:
+def _matrix_block(given: Mapping[str, Any], where: str) -> tuple[list[str], Array]:
+    if set(given) != {"names", "covariance"}:
+        raise UsageError(f"{where} needs names and covariance, and nothing else")
+    names, rows = given["names"], given["covariance"]
+    if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
+        raise UsageError(f"{where}: names is no list of names")
+    if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
+        raise UsageError(f"{where}: covariance is no matrix of numbers")
+    if any(len(row) != len(names) for row in rows) or len(rows) != len(names):
+        raise UsageError(
+            f"{where}: covariance is not of {len(names)} by {len(names)} numbers, as "
+            f"there are {len(names)} names"
+        )
+    numbers = [[_number(x, f"{where}: covariance") for x in row] for row in rows]
+    return names, np.array(numbers, dtype=np.float64).reshape(len(names), len(names))
+
+
+def _check_names(names: list[str], kinds: Mapping[str, bool], where: str) -> None:
     for name in names:
         if name not in kinds:
             kind = {"joints": "joint", "dimensions": "argument"}.get(where, "direction")
-            raise UnknownNameError(kind, str(name), kinds)
+            raise UnknownNameError(kind, name, kinds)
 
 
 def _size(value: Any, is_angle: bool, name: str) -> float:
     if isinstance(value, str):
         size = parse_angle(value) if is_angle else parse_length(value)
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        size = float(value)
     else:
-        raise UsageError(f"{name}: {value!r} is no standard deviation")
+        size = _number(value, name)
     if not (math.isfinite(size) and size >= 0.0):
         raise UsageError(f"{name}: a standard deviation is 0 or more, not {value!r}")
+    _check_size(size, is_angle, name)
     return size
+
+
+def _number(value: Any, whose: str) -> float:
+    """A JSON number as float, refused where it is none or too large for one."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise UsageError(f"{whose}: {_short(value)} is no number with or without unit")
+    try:
+        return float(value)
+    except OverflowError:
+        raise UsageError(f"{whose}: {_short(value)} is too large") from None
+
+
+def _check_size(size: float, is_angle: bool, name: str) -> None:
+    largest, unit = (LARGEST_ANGLE, "rad") if is_angle else (LARGEST_LENGTH, "m")
+    if size > largest:
+        raise UsageError(
+            f"{name}: a standard deviation of {size:.3g} {unit} is beyond "
+            f"{largest:.3g} {unit}: is its unit right? Bare numbers are metres, radians"
+        )
+
+
+def _short(value: Any) -> str:
+    """A value of a file in at most 40 characters."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return (
+            f"a number of {value.bit_length()} bits"
+            if abs(value) > 1e30
+            else f"{value}"
+        )
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object, refused where a key stands twice: one of the two is a mistake."""
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise UsageError(f"{_short(key)} stands twice in one object")
+        found[key] = value
+    return found
 
 
 def _document(path: Path) -> dict[str, Any]:
@@ -192,9 +291,11 @@ def _document(path: Path) -> dict[str, Any]:
     if len(content) > MAX_BYTES:
         raise InputError(path, f"is larger than {MAX_BYTES} bytes")
     try:
-        document = json.loads(content.decode("utf-8-sig"))
+        document = json.loads(content.decode("utf-8-sig"), object_pairs_hook=_once)
     except (ValueError, RecursionError) as error:
         raise InputError(path, f"no JSON: {error}") from error
+    except UsageError as error:
+        raise InputError(path, str(error)) from error
     if not isinstance(document, dict):
         raise InputError(path, "is no JSON object")
     return document

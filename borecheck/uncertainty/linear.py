@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from borecheck.contact.clearance import to_obstacles
 from borecheck.core.se3 import inverse
@@ -56,7 +57,7 @@ class Cuts:
         names: (link, obstacle) of each cut.
         distance: At x = 0, (k,), [m].
         gradient: (k, n).
-        root: A with A A^T the covariance of x, (n, n).
+        root: A with A A^T the covariance of x, (n, k).
     """
 
     names: tuple[tuple[str, str], ...]
@@ -74,8 +75,8 @@ class Cuts:
         hits = sum(int((left <= margin).sum()) for left in self._drawn())
         return hits / DRAWS
 
-    def bounds(self, margin: float) -> tuple[float, float]:
-        """Bounds of that probability: the likeliest cut, and the sum of all."""
+    def span(self, margin: float) -> tuple[float, float]:
+        """The likeliest cut, and the sum of all: the model's probability is between."""
         pairs = zip(self.distance - margin, self.sigma, strict=True)
         chances = [_below(float(d), float(s)) for d, s in pairs]
         return max(chances), min(1.0, sum(chances))
@@ -85,9 +86,7 @@ class Cuts:
 
         For risks that the draws hardly reach: that of the widest cut alone.
         """
-        from scipy.stats import norm  # 0.3 s
-
-        alone = float(norm.isf(risk)) * float(self.sigma.max())
+        alone = float(-ndtri(risk)) * float(self.sigma.max())
         if risk * DRAWS < 100.0:
             return alone
         left = np.concatenate(list(self._drawn()))
@@ -98,7 +97,7 @@ class Cuts:
         rng = np.random.default_rng(SEED)
         slopes = (self.gradient @ self.root).T
         for _ in range(DRAWS // PIECE):
-            x = rng.standard_normal((PIECE, len(self.root)))
+            x = rng.standard_normal((PIECE, self.root.shape[1]))
             yield (self.distance + x @ slopes).min(axis=1)
 
 
@@ -106,7 +105,7 @@ def cuts(
     disturbed: Disturbed, scene: Scene, corridor: Corridor | None = None
 ) -> Cuts | None:
     """The cuts around the nominal pose; None if a pair is in contact there."""
-    root = square_root(disturbed.uncertainty.covariance)
+    root = disturbed.uncertainty.root
     found = _Found([], [], [])
     at_nominal: dict[Pair, float] = {}
     for pair in _near(disturbed, scene, corridor, root):
@@ -167,16 +166,10 @@ def _that_matter(found: _Found, root: Array) -> list[Pair]:
     ]
 
 
-def square_root(covariance: Array) -> Array:
-    """A matrix A with A A^T = covariance, singular ones included."""
-    values, vectors = np.linalg.eigh(covariance)
-    return np.array(vectors * np.sqrt(np.maximum(values, 0.0)))
-
-
 def _around(root: Array) -> list[Array]:
     """Errors RADIUS standard deviations off: along principal and random directions."""
     principal = [RADIUS * sign * column for column in root.T for sign in (1.0, -1.0)]
-    z = np.random.default_rng(SEED).standard_normal((DIRECTIONS, len(root)))
+    z = np.random.default_rng(SEED).standard_normal((DIRECTIONS, root.shape[1]))
     z *= RADIUS / np.linalg.norm(z, axis=1, keepdims=True)
     return [*(x for x in principal if x.any()), *(z @ root.T)]
 
