@@ -43,7 +43,7 @@ MOST_ASTRAY = 2e-10
 # Joints do not turn farther, [rad], nor mimic more strongly.
 LARGEST_TURN = 1e3
 # A rotation's rows are unit vectors up to this.
-RIGID = 1e-9
+RIGID = 1e-12
 
 MOST_WAYPOINTS, MOST_JOINTS, MOST_BODIES = 1_000_000, 2_000, 2_000
 MOST_PAIRS, MOST_INTERVALS = 1_000_000, 20_000

@@ -59,13 +59,21 @@ def _chain(records: list[dict[str, Any]]) -> Chain:
     columns = {name: [r[name] for r in records] for name in records[0]}
     return Chain(
         np.array(columns["parent"]),
-        np.array(columns["origin"], dtype=float),
+        np.array([_rotated(T) for T in columns["origin"]]),
         np.array([KINDS[kind] for kind in columns["kind"]]),
         np.array(columns["axis"], dtype=float),
         np.array(columns["source"]),
         np.array(columns["factor"], dtype=float),
         np.array(columns["offset"], dtype=float),
     )
+
+
+def _rotated(value: list[list[float]]) -> Array:
+    """A placement with the rotation next to its own: the search takes no other."""
+    T = np.array(value, dtype=float)
+    u, _, v = np.linalg.svd(T[:3, :3])
+    T[:3, :3] = u @ v
+    return T
 
 
 def _body(

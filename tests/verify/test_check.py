@@ -6,6 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -28,11 +29,13 @@ from borecheck.motion.problem import Body, PathProblem, path_motion
 from borecheck.motion.search import search
 from borecheck.verify import chain as certificate_chain
 from borecheck.verify import check as certificate_check
+from borecheck.verify import distance as certificate_distance
 from borecheck.verify.check import verify
 from borecheck.verify.distance import GroupedMesh
-from borecheck.verify.reading import read_meshes
+from borecheck.verify.reading import mesh_hash, read_meshes
 from borecheck.verify.solid import connected_corners, is_closed, winding
 from borecheck.verify.statement import read_statement
+from tests.places import PROJECT
 
 Array = NDArray[np.float64]
 Document = dict[str, Any]
@@ -213,6 +216,68 @@ def test_other_meshes_are_rejected(document: Document, meshes: list[Any]) -> Non
     assert not verify({"format": "something"}, meshes).accepted
     earlier = {**document, "format_version": 1}
     assert "version 2" in verify(earlier, meshes).problems[0]
+
+
+def test_a_false_claim_is_answered_at_once(
+    document: Document, meshes: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Clearances of a kilometre let no box drop out; few triangles are measured."""
+    measured = []
+    real = certificate_distance.may_be_nearer
+
+    def counted(first: Array, second: Array, distance: float) -> NDArray[np.bool_]:
+        measured.append(len(first))
+        return real(first, second, distance)
+
+    monkeypatch.setattr(certificate_distance, "may_be_nearer", counted)
+    changed = copy.deepcopy(document)
+    for record in changed["pairs"]:
+        for row in record["intervals"]:
+            row[3:] = [1000.0, 900.0]
+    content = {name: value for name, value in changed.items() if name != "sha256"}
+    found = verify({**content, "sha256": digest(content)}, meshes)
+    assert len(found.problems) == 3
+    assert sum(measured) == 0
+    assert verify(document, meshes).accepted
+    assert sum(measured) > 0
+
+
+CERTIFICATES = PROJECT / "tests" / "data" / "cases"
+
+
+@pytest.mark.parametrize(
+    ("case", "saying"),
+    [
+        ("cert_excluded_all", "arm and gantry: not examined"),
+        ("cert_nan_placement", "factor is no number from -1000 to 1000"),
+        ("cert_negative_margin", "margin_m is no number from 0"),
+        ("cert_part_count_0", "part_count is no whole number from 1"),
+        ("cert_passage_no_about", "the corridor is wider than a needle's"),
+        ("cert_spoof_rejected", "the surfaces are nearer than 5.000e+00 m"),
+    ],
+)
+def test_forged_ones_of_version_1_are_refused_in_version_2(
+    case: str, saying: str
+) -> None:
+    """They touch, and were accepted; here they are told in the words of today."""
+    file = CERTIFICATES / case / "c.json"
+    old = json.loads(file.read_text())
+    meshes = read_meshes(file.with_suffix(".npz")).values()
+    hashed = {sha256(v.tobytes() + t.tobytes()).hexdigest(): (v, t) for v, t in meshes}
+    new = {k: v for k, v in old.items() if k not in ("excluded", "sha256")}
+    new |= {"format_version": 2, "allowed": [], "versions": {}}
+    for k, body in enumerate(new["bodies"]):
+        body["role"] = "robot" if k < max(new["part_count"], 1) else "patient"
+        body["mesh_sha256"] = mesh_hash(*hashed[body["mesh_sha256"]])
+    for record in new["pairs"]:
+        record["columns"] = ["from", "to", "at", "clearance_m", "displacement_m"]
+    for record in new.setdefault("passages", []):
+        record["columns"] = ["from", "to", "at", "displacement_m"]
+        corridor = {n: record[n] for n in ("entry", "target", "radius_m", "slack_m")}
+        new["about"] = {"plan": {"name": "liver", **corridor}}
+    found = verify({**new, "sha256": digest(new)}, hashed)
+    assert not found.accepted
+    assert any(saying in text for text in found.problems), found.problems
 
 
 def test_a_solid_inside_another_is_rejected(meshes: list[Any]) -> None:
