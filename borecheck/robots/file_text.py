@@ -8,7 +8,7 @@ from pathlib import Path
 from borecheck.core.units import LENGTH_UNITS
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh_files.frames import FRAMES, is_frame
-from borecheck.robots.robot import exists
+from borecheck.robots.robot_file import exists
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,17 @@ here, and what is returned is a copy.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.errors import JointLimitError, UnknownNameError, UrdfError, UsageError
+from borecheck.errors import JointLimitError, UnknownNameError, UsageError
 from borecheck.robots.urdf.mimic import resolve
+from borecheck.robots.urdf.schema import FREE_TYPES
+from borecheck.robots.urdf.skeleton import pieces, skeleton
 from borecheck.robots.urdf.tree import Joint, UrdfTree, parse
 
 Array = NDArray[np.float64]
@@ -24,6 +26,7 @@ Array = NDArray[np.float64]
 LIMIT_TOLERANCE = 1e-9
 
 MOVING = ("revolute", "continuous", "prismatic")
+MOST_AT_ONCE = 100  # joints in one model of Pinocchio: 0.2 GB
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,10 @@ class FreeJoint:
 class RobotModel:
     """A robot built from URDF text: names, limits, and placements of its links.
 
+    Attributes:
+        tree: Its links and joints; floating and planar joints stand fixed in it.
+        standing: Names of the floating and planar joints that stand at their origin.
+
     Args:
         urdf_text: The URDF, xacro expanded.
         file: What to call it in errors.
@@ -60,16 +67,15 @@ class RobotModel:
     """
 
     def __init__(self, urdf_text: str, file: str = "robot") -> None:
-        self.tree: UrdfTree = parse(urdf_text, file)
+        self.tree, self.standing = _with_free_joints_fixed(parse(urdf_text, file))
         self._moving = [j for j in self.tree.joints if j.type in MOVING]
-        _refuse_undriven(self.tree, file)
         self._follows = resolve(self.tree.joints, file)
         self.free_joints = tuple(
             FreeJoint(j.name, j.type, *_limits(j))
             for j in self._moving
             if j.name not in self._follows
         )
-        self._pinocchio = _PinocchioModel(urdf_text, self.tree, file)
+        self._pinocchio = _PinocchioModel(self.tree)
 
     @property
     def name(self) -> str:
@@ -218,56 +224,69 @@ def _limits(joint: Joint) -> tuple[float, float]:
     return joint.limits.lower, joint.limits.upper
 
 
-def _refuse_undriven(tree: UrdfTree, file: str) -> None:
-    for joint in tree.joints:
-        if joint.type not in (*MOVING, "fixed"):
-            raise UrdfError(
-                file,
-                f"a {joint.type} joint has no single position; borecheck drives "
-                f"{', '.join(MOVING)} joints (place a robot with --base)",
-                f"robot/joint[@name={joint.name!r}]",
-            )
+def _with_free_joints_fixed(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree with floating and planar joints fixed at their origin, and which.
+
+    Such a joint carries the whole robot (all else is refused): where the root is
+    placed decides where it stands.
+    """
+    free = tuple(joint.name for joint in tree.joints if joint.type in FREE_TYPES)
+    joints = tuple(
+        replace(joint, type="fixed") if joint.name in free else joint
+        for joint in tree.joints
+    )
+    return replace(tree, joints=joints), free
 
 
 class _PinocchioModel:
-    """Pinocchio's model and data behind joint and link names."""
+    """Pinocchio's models and data behind joint and link names.
 
-    def __init__(self, urdf_text: str, tree: UrdfTree, file: str) -> None:
+    One model for each piece of the tree: of n moving joints Pinocchio keeps n^3
+    numbers, which for a chain of a thousand is more than any memory.
+    """
+
+    def __init__(self, tree: UrdfTree) -> None:
+        self._root = tree.root.name
+        self._pieces = [_Piece(piece) for piece in pieces(tree, MOST_AT_ONCE)]
+
+    def placements(self, positions: Mapping[str, float]) -> dict[str, Array]:
+        placed = {self._root: np.eye(4)}
+        for piece in self._pieces:
+            above = placed[piece.root]
+            for link, T in piece.placements(positions).items():
+                placed[link] = T if piece.root == self._root else above @ T
+        return placed
+
+
+class _Piece:
+    """Pinocchio about one piece of the tree: links placed in the piece's root."""
+
+    def __init__(self, tree: UrdfTree) -> None:
         import pinocchio as pin  # 0.2 s, and only placements need it
 
         self._pin = pin
-        try:
-            self._model = pin.buildModelFromXML(urdf_text, False)
-        except (ValueError, RuntimeError) as error:
-            raise UrdfError(file, f"Pinocchio refuses it: {error}") from error
+        self.root = tree.root.name
+        self._model = pin.buildModelFromXML(skeleton(tree), False)
         self._data = self._model.createData()
         self._neutral = np.array(pin.neutral(self._model))
-        self._joints = self._joint_slots(tree, file)
-        self._frames = self._link_frames(tree, file)
+        self._joints = {
+            joint.name: self._slot(f"j{number}")
+            for number, joint in enumerate(tree.joints)
+            if joint.type in MOVING
+        }
+        self._frames = {
+            link.name: int(self._model.getFrameId(f"l{number}", pin.BODY))
+            for number, link in enumerate(tree.links)
+        }
 
-    def _joint_slots(self, tree: UrdfTree, file: str) -> dict[str, tuple[int, int]]:
-        slots = {}
-        for joint in tree.joints:
-            if joint.type not in MOVING:
-                continue
-            if not self._model.existJointName(joint.name):
-                raise UrdfError(file, f"Pinocchio has no joint {joint.name!r}")
-            entry: Any = self._model.joints[self._model.getJointId(joint.name)]
-            slots[joint.name] = (int(entry.idx_q), int(entry.nq))
-        return slots
-
-    def _link_frames(self, tree: UrdfTree, file: str) -> dict[str, int]:
-        frames = {}
-        for link in tree.links:
-            if not self._model.existFrame(link.name, self._pin.BODY):
-                raise UrdfError(file, f"Pinocchio has no body {link.name!r}")
-            frames[link.name] = int(self._model.getFrameId(link.name, self._pin.BODY))
-        return frames
+    def _slot(self, joint: str) -> tuple[int, int]:
+        entry: Any = self._model.joints[self._model.getJointId(joint)]
+        return int(entry.idx_q), int(entry.nq)
 
     def placements(self, positions: Mapping[str, float]) -> dict[str, Array]:
         q = self._neutral.copy()
-        for name, value in positions.items():
-            start, size = self._joints[name]
+        for name, (start, size) in self._joints.items():
+            value = positions[name]
             if size == 2:  # a continuous joint is stored as cosine and sine
                 q[start : start + 2] = np.cos(value), np.sin(value)
             else:

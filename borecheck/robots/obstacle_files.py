@@ -34,7 +34,7 @@ from borecheck.robots.description import ROLES
 from borecheck.robots.file_text import FileText, split_file_text
 from borecheck.robots.model import RobotModel
 from borecheck.robots.parts import AS_DRAWN, collision_parts, links_without_collision
-from borecheck.robots.robot import read_urdf
+from borecheck.robots.robot_file import read_urdf
 from borecheck.robots.urdf.reach import NO_ROOTS, Roots
 
 Array = NDArray[np.float64]

@@ -1,25 +1,28 @@
 """The collision geometry of a URDF: triangles per link, in the link's own frame."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from borecheck.errors import MeshError
+from borecheck.errors import MeshError, UrdfError
 from borecheck.geometry.mesh.primitives import box, capsule, cylinder, sphere
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.geometry.mesh_files.reading import read_mesh
+from borecheck.geometry.mesh_files.reading import MeshFile, read_mesh_file
 from borecheck.robots.urdf.package_paths import resolve
 from borecheck.robots.urdf.reach import NO_ROOTS, Roots
 from borecheck.robots.urdf.tree import (
     Box,
     Capsule,
     Cylinder,
-    Geometry,
     Link,
     Mesh,
     Sphere,
     UrdfTree,
 )
 
+Reader = Callable[[Path], MeshFile]
+
+THIN = 1e-6  # [m] a drawn plate without thickness gets this: never smaller than it is
 AS_DRAWN = "what differs from its drawn shape (it has no <collision>)"
 
 
@@ -30,14 +33,19 @@ class Part:
     Attributes:
         link: The link it is fixed to.
         mesh: Its triangles in the link's frame, [m].
+        remarks: What its file states and is not applied, or was read over.
     """
 
     link: str
     mesh: TriangleMesh
+    remarks: tuple[str, ...] = ()
 
 
 def collision_parts(
-    tree: UrdfTree, file: Path | None, roots: Roots = NO_ROOTS
+    tree: UrdfTree,
+    file: Path | None,
+    roots: Roots = NO_ROOTS,
+    read: Reader = read_mesh_file,
 ) -> tuple[Part, ...]:
     """All collision geometry, a part for each `<collision>`, in the file's order.
 
@@ -49,14 +57,35 @@ def collision_parts(
         tree: The parsed robot.
         file: The file it came from: relative mesh names start there.
         roots: Where its meshes may lie beside its own folder tree.
+        read: What reads a mesh file.
 
     Raises:
         MeshError: A mesh that is missing, out of reach or cannot be read.
     """
     return tuple(
-        Part(link.name, _mesh(link, index, file, roots))
+        _part(link, index, file, roots, read)
         for link in tree.links
-        for index in range(len(link.collisions or link.visuals))
+        for index, shape in enumerate(link.collisions or link.visuals)
+        if shape.has_size
+    )
+
+
+def refuse_nothing(parts: Sequence[Part], file: Path) -> None:
+    """Nothing, if there is any part.
+
+    Raises:
+        UrdfError: No link has geometry: no verdict could say anything.
+    """
+    if not parts:
+        raise UrdfError(file, "no link has collision geometry: nothing to check")
+
+
+def without_size(tree: UrdfTree) -> tuple[str, ...]:
+    """Links whose drawn shape has neither volume nor surface: nothing is there."""
+    return tuple(
+        link.name
+        for link in tree.links
+        if not link.collisions and not all(shape.has_size for shape in link.visuals)
     )
 
 
@@ -67,31 +96,40 @@ def links_without_collision(tree: UrdfTree) -> tuple[str, ...]:
     )
 
 
-def _mesh(link: Link, index: int, file: Path | None, roots: Roots) -> TriangleMesh:
+def _part(
+    link: Link, index: int, file: Path | None, roots: Roots, read: Reader
+) -> Part:
     shapes = link.collisions or link.visuals
     name = link.name if len(shapes) == 1 else f"{link.name}[{index}]"
-    mesh = _shape(name, shapes[index].geometry, file, roots)
-    return mesh.moved(shapes[index].origin)
+    geometry, T = shapes[index].geometry, shapes[index].origin
+    if not isinstance(geometry, Mesh):
+        return Part(link.name, primitive(name, geometry).moved(T))
+    path = mesh_path(geometry.filename, link.name, file, roots)
+    found = read(path)
+    mesh = _scaled(name, found.mesh, geometry.scale)
+    remarks = tuple(f"{path.name} {remark}" for remark in found.remarks)
+    return Part(link.name, mesh.moved(T), remarks)
 
 
-def _shape(
-    name: str, geometry: Geometry, file: Path | None, roots: Roots
-) -> TriangleMesh:
+def primitive(name: str, geometry: Box | Cylinder | Capsule | Sphere) -> TriangleMesh:
+    """The triangles of a shape in its own frame, [m]."""
     match geometry:
         case Box():
-            return box(name, geometry.size)
+            return box(name, [max(size, THIN) for size in geometry.size])
         case Cylinder():
-            return cylinder(name, geometry.radius, geometry.length)
+            return cylinder(name, geometry.radius, max(geometry.length, THIN))
         case Sphere():
             return sphere(name, geometry.radius)
         case Capsule():
-            return capsule(name, geometry.radius, geometry.length)
-        case Mesh():
-            path = _mesh_path(geometry.filename, name, file, roots)
-            return _scaled(read_mesh(path, name=name), geometry.scale)
+            return capsule(name, geometry.radius, max(geometry.length, THIN))
 
 
-def _mesh_path(reference: str, link: str, file: Path | None, roots: Roots) -> Path:
+def mesh_path(reference: str, link: str, file: Path | None, roots: Roots) -> Path:
+    """The file that a mesh reference means.
+
+    Raises:
+        MeshError: It is not there, or out of reach.
+    """
     base = file.parent if file is not None else Path.cwd()
     found = resolve(reference, base, roots)
     if found.path is not None:
@@ -104,10 +142,12 @@ def _mesh_path(reference: str, link: str, file: Path | None, roots: Roots) -> Pa
     raise MeshError(name, problem, f"link {link!r}")
 
 
-def _scaled(mesh: TriangleMesh, scale: tuple[float, float, float]) -> TriangleMesh:
+def _scaled(
+    name: str, mesh: TriangleMesh, scale: tuple[float, float, float]
+) -> TriangleMesh:
     """The mesh times its scale; a mirrored one keeps its outside outside."""
     if scale == (1.0, 1.0, 1.0):
-        return mesh
+        return TriangleMesh(name, mesh.vertices, mesh.triangles)
     x, y, z = scale
     triangles = mesh.triangles if x * y * z > 0.0 else mesh.triangles[:, ::-1]
-    return TriangleMesh(mesh.name, mesh.vertices * [x, y, z], triangles)
+    return TriangleMesh(name, mesh.vertices * [x, y, z], triangles)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.core.se3 import check_transform, inverse
 from borecheck.core.units import check_near
-from borecheck.errors import UnknownNameError, UrdfError, UsageError
+from borecheck.errors import UnknownNameError
 from borecheck.robots.description import (
     Description,
     RobotDescription,
@@ -24,9 +24,12 @@ from borecheck.robots.parts import (
     Part,
     collision_parts,
     links_without_collision,
+    refuse_nothing,
+    without_size,
 )
+from borecheck.robots.robot_file import read_urdf, robot_path
+from borecheck.robots.unseen import unseen
 from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
-from borecheck.robots.urdf.xacro import expand, is_xacro
 from borecheck.robots.urdf.xacro.cache import expanded_text
 
 Array = NDArray[np.float64]
@@ -84,7 +87,8 @@ class Robot:
         known = self.description.not_modelled if self.description else ()
         bare = links_without_collision(self.model.tree)
         named = tuple(f"{link}: {AS_DRAWN}" for link in bare)
-        return (*known, *named, *NEVER_MODELLED)
+        seen = unseen(self.model.tree, self.parts, self.file, self.roots)
+        return (*known, *named, *seen, *NEVER_MODELLED)
 
     @cached_property
     def self_pairs(self) -> tuple[tuple[int, int], ...]:
@@ -170,14 +174,11 @@ def robot_with(
     """As `load_robot`, for xacro arguments of any name (`level`, `base`, ...)."""
     if str(name) in installed_names("robots"):
         return _load_installed(str(name), level, base, arguments)
-    path = Path(name)
-    if path.suffix not in (".urdf", ".xacro", ".xml") and not exists(path):
-        raise UnknownNameError("robot", str(name), installed_names("robots"))
+    path = robot_path(str(name))
     text, warnings = read_urdf(path, arguments, roots)
     model = RobotModel(text, str(path))
     parts = collision_parts(model.tree, path, roots)
-    if not parts:
-        raise UrdfError(path, "no link has collision geometry: nothing to check")
+    refuse_nothing(parts, path)
     T_scene_root = _checked_base(base)
     return Robot(
         name=str(name),
@@ -190,8 +191,20 @@ def robot_with(
         parts=parts,
         T_scene_root=T_scene_root,
         allowed_contacts=(),
-        warnings=warnings,
+        warnings=(*warnings, *_oddities(model, base is not None)),
         roots=roots,
+    )
+
+
+def _oddities(model: RobotModel, is_placed: bool) -> tuple[str, ...]:
+    """What was read otherwise than it is written, and harms no verdict."""
+    joints = () if is_placed else model.standing
+    return (
+        *(f"joint {name} stands at its origin: --base places it" for name in joints),
+        *(
+            f"link {name}: a drawn shape without size is left out"
+            for name in without_size(model.tree)
+        ),
     )
 
 
@@ -213,6 +226,7 @@ def _load_installed(
         T_scene_root=_placed_by_base_frame(model, description.base_frame, base),
         allowed_contacts=description.allowed_contacts,
         warnings=(),
+        roots=ANYWHERE,
     )
 
 
@@ -243,42 +257,6 @@ def build_installed(
         complete["mesh_dir"] = str(folder)
     text = expanded_text(description.xacro, complete)
     return RobotModel(text, str(description.xacro)), text
-
-
-def exists(path: Path) -> bool:
-    """Whether there is such a file; also of a name that no file can have."""
-    try:
-        return path.exists()
-    except (OSError, ValueError):
-        return False
-
-
-def read_urdf(
-    path: Path, arguments: Mapping[str, str], roots: Roots = NO_ROOTS
-) -> tuple[str, tuple[str, ...]]:
-    """URDF text of a file, xacro expanded, and warnings about arguments.
-
-    Raises:
-        UrdfError: The file cannot be read or expanded.
-        UsageError: Arguments for a file that takes none.
-    """
-    try:
-        if path.is_dir():
-            raise UrdfError(path, "is a directory, not a robot file")
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError as error:
-        raise UrdfError(path, "there is no such file") from error
-    except PermissionError as error:
-        raise UrdfError(path, "no permission to read it") from error
-    except (OSError, ValueError) as error:
-        raise UrdfError(path, f"cannot be read as text: {error}") from error
-    if not is_xacro(path, text):
-        if arguments:
-            raise UsageError(f"{path} is no xacro file, so it takes no arguments")
-        return text, ()
-    expanded = expand(path, arguments, roots)
-    unused = tuple(f"argument {name} is not used by {path}" for name in expanded.unused)
-    return expanded.text, unused
 
 
 def _placed_by_base_frame(

@@ -25,7 +25,8 @@ from borecheck.robots.obstacle_files import (
     read_obstacle,
 )
 from borecheck.robots.parts import AS_DRAWN, collision_parts, links_without_collision
-from borecheck.robots.robot import build_installed, complete_arguments, exists
+from borecheck.robots.robot import build_installed, complete_arguments
+from borecheck.robots.robot_file import exists, refuse_robot
 from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
 
 Array = NDArray[np.float64]
@@ -156,7 +157,8 @@ def scene_with(
 
 
 def _refuse_unknown_scanner(name: str) -> None:
-    """A bare word that names no file is a scanner's name, misspelt."""
+    """A bare word that names no file is a scanner's name, misspelt, or a robot's."""
+    refuse_robot(name)
     if re.fullmatch(r"[A-Za-z_]\w*", name) and not exists(Path(name)):
         raise UnknownNameError("scanner", name, installed_names("scanners"))
 

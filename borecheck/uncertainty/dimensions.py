@@ -20,12 +20,8 @@ from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion.bounds import Chain
 from borecheck.motion.check import chain_of
 from borecheck.robots.model import RobotModel
-from borecheck.robots.robot import (
-    Robot,
-    complete_arguments,
-    read_urdf,
-    robot_with,
-)
+from borecheck.robots.robot import Robot, complete_arguments, robot_with
+from borecheck.robots.robot_file import read_urdf
 from borecheck.robots.urdf.reach import ANYWHERE
 from borecheck.robots.urdf.xacro import expand
 from borecheck.uncertainty.covariance import Block

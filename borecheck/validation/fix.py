@@ -18,14 +18,15 @@ from xml.parsers import expat
 
 from borecheck.core.whole_files import write_all
 from borecheck.errors import UsageError
+from borecheck.robots.urdf.draft import DraftShape, first
+from borecheck.robots.urdf.rules.joints import UNIT_TOLERANCE
+from borecheck.robots.urdf.rules.names import nearest
+from borecheck.robots.urdf.schema import SCHEMA
 from borecheck.robots.urdf.source import elements
-from borecheck.validation.checks.joints import UNIT_TOLERANCE
-from borecheck.validation.checks.spelling import nearest
 from borecheck.validation.findings import Finding
 from borecheck.validation.load import load_file
 from borecheck.validation.options import Options
-from borecheck.validation.reading.draft import DraftShape, Robot, first
-from borecheck.validation.reading.schema import SCHEMA
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.suppress import Suppression
 
 DONE, COULD_NOT = 0, 2

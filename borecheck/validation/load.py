@@ -5,6 +5,7 @@ from pathlib import Path
 
 from borecheck.errors import UrdfError
 from borecheck.robots.urdf import source as urdf_source
+from borecheck.robots.urdf.xacro import is_xacro
 from borecheck.validation.findings import Finding
 from borecheck.validation.options import Options
 from borecheck.validation.reading.draft import Robot
@@ -20,7 +21,7 @@ def load_file(path: Path, options: Options) -> Loaded:
         raw = urdf_source.read_bytes(path)
     except UrdfError as error:
         return _stopped("D101", error, str(path), options), ()
-    if path.suffix == ".xacro":
+    if is_xacro(path):
         return _load_xacro(path, raw, options)
     return _load(raw, str(path), path.parent, options)
 
@@ -42,7 +43,7 @@ def _load(
     except UrdfError as error:
         code = "D102" if "well-formed" in error.problem else "D101"
         return _stopped(code, error, file, options), ()
-    robot = Robot(file, source, options, folder)
+    robot = Robot(source=source, file=file, options=options, folder=folder)
     found, faulty = suppressions_in(source, file)
     if not origins:
         robot.notes["D131"] = [(c.element, f"the comment {c.problem}") for c in faulty]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from borecheck.validation.reading.draft import Robot
 
 TIERS = ("document", "tree", "joints", "inertia", "geometry", "kinematics")
-STAGES = ("file", "robot", "meshes", "run")
+STAGES = ("file", "robot", "meshes", "run", "last")
 
 _LEVELS = {"E": Severity.ERROR, "W": Severity.WARNING, "I": Severity.INFO}
 
@@ -48,7 +48,8 @@ class Check:
         name: Stable name in words.
         tier: One of TIERS.
         levels: Severity under each profile.
-        stage: What it needs: the file, the robot's records, read meshes, a run.
+        stage: What it needs: the file, the robot's records, read meshes, a run; what
+            the others found (last).
         find: The function.
         title: What is wrong, in one line.
         why: Why it matters.

@@ -10,7 +10,7 @@ import numpy as np
 from borecheck.validation.catalogue import all_checks, find_check
 from borecheck.validation.codes import codes_of
 from borecheck.validation.config import Settings, find_settings, options_with
-from borecheck.validation.findings import Finding
+from borecheck.validation.findings import Finding, Severity
 from borecheck.validation.load import Loaded, load_file, load_text
 from borecheck.validation.options import Options
 from borecheck.validation.reading.draft import Robot
@@ -121,11 +121,12 @@ def findings_of(loaded: Loaded, options: Options) -> list[Finding]:
     found: list[Finding] = []
     # Numbers of any size may stand in a strange file; what overflows fails comparisons.
     with np.errstate(all="ignore"):
-        for check in all_checks():
+        for check in sorted(all_checks(), key=lambda check: check.stage == "last"):
             if options.wants(check.code) and _is_due(check, robot):
-                found.extend(_findings(check, robot))
-    kept = [f for f in found if not any(s.covers(f) for s in suppressions)]
-    return sorted(kept, key=lambda f: (f.file, f.line, f.code, f.element))
+                robot.has_errors = any(f.severity is Severity.ERROR for f in found)
+                told = _findings(check, robot)
+                found += [f for f in told if not any(s.covers(f) for s in suppressions)]
+    return sorted(found, key=lambda f: (f.file, f.line, f.code, f.element))
 
 
 def _is_due(check: Check, robot: Robot) -> bool:

@@ -200,5 +200,5 @@ def test_refusals(tmp_path):
         bc.load_robot("a\0b.urdf")
     binary = tmp_path / "b.urdf"
     binary.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(UrdfError, match="cannot be read as text"):
+    with pytest.raises(UrdfError, match="not well-formed XML"):
         bc.load_robot(binary)

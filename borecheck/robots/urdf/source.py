@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,6 +24,18 @@ MAX_ELEMENTS = 500_000
 _NUMBER = re.compile(
     r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(inf|nan)[a-z]*", re.I | re.A
 )
+_MARK = b"\xef\xbb\xbf"  # of UTF-8
+_BLANK = b" \t\r\n"
+# UTF-32 and UTF-16, with a mark or without: how a file in it begins.
+_WIDE = {
+    b"\xff\xfe\0\0": "utf-32",
+    b"\0\0\xfe\xff": "utf-32",
+    b"\xff\xfe": "utf-16",
+    b"\xfe\xff": "utf-16",
+    b"<\0": "utf-16-le",
+    b"\0<": "utf-16-be",
+}
+_DECLARED = re.compile(rb"""^(\s*<\?xml[^>]*?)\s+encoding\s*=\s*["'][^"']*["']""")
 _VERSION = re.compile(rb"""(<\?xml[^>]*?version\s*=\s*["'])([^"']*)(["'])""")
 
 
@@ -42,7 +55,8 @@ class Place(NamedTuple):
 class SourceDefect(NamedTuple):
     """What other parsers refuse although the tree could be read.
 
-    `kind` is "prefix" (undeclared namespace prefix) or "version" (XML version).
+    `kind` is "prefix" (undeclared namespace prefix), "version" (XML version) or
+    "stray" (white space before the XML declaration, zeros behind the end).
     """
 
     kind: str
@@ -132,7 +146,7 @@ def read_bytes(path: Path) -> bytes:
         if path.is_dir():
             raise UrdfError(path, "is a directory, not a URDF file")
         if not path.exists():
-            raise UrdfError(path, "no such file")
+            raise UrdfError(path, f"no such file{_nearest(path)}")
         if not path.is_file():
             raise UrdfError(path, "is not a regular file")
         if path.stat().st_size > MAX_BYTES:
@@ -140,6 +154,31 @@ def read_bytes(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise UrdfError(path, error.strerror or str(error)) from error
+
+
+def _nearest(path: Path) -> str:
+    """A file beside that may have been meant, as the end of "no such file"."""
+    try:
+        beside = [entry.name for entry in path.parent.iterdir()]
+    except OSError:
+        return ""
+    close = get_close_matches(path.name, sorted(beside), 1, 0.75)
+    return f"; did you mean {str(path.with_name(close[0]))!r}?" if close else ""
+
+
+def _as_utf8(data: bytes | str, file: str) -> bytes:
+    """The text in UTF-8; bytes stay in the coding they declare, but for wide ones."""
+    if isinstance(data, bytes):
+        wide = next((c for mark, c in _WIDE.items() if data.startswith(mark)), None)
+        if wide is None:
+            return data
+        try:
+            data = data.decode(wide)
+        except UnicodeDecodeError as error:
+            problem = f"not well-formed XML: no text in {wide}: {error.reason}"
+            raise UrdfError(file, problem) from error
+    raw = _encoded(data.removeprefix("\ufeff"), file)
+    return _DECLARED.sub(rb"\1", raw, count=1)
 
 
 def _encoded(text: str, file: str) -> bytes:
@@ -164,21 +203,41 @@ def read(
     Raises:
         UrdfError: Not well-formed (with line and column), empty, or refused.
     """
-    raw = _encoded(data, file) if isinstance(data, str) else data
-    if isinstance(data, str):
-        raw = re.sub(
-            rb"^(\s*<\?xml[^>]*?)\s+encoding\s*=\s*[\"'][^\"']*[\"']", rb"\1", raw
-        )
+    raw = _as_utf8(data, file)
     if len(raw) > MAX_BYTES:
         raise UrdfError(file, f"is larger than {MAX_BYTES // 10**6} MB; refused")
+    raw, stray = without_stray(raw)
     if not raw.strip():
         raise UrdfError(file, "is empty")
-    raw, defects = _mend_version(raw)
-    root, more = _parse(raw, file)
+    raw, version = _mend_version(raw)
+    root, prefixes = _parse(raw, file)
     _drop_default_namespace(root)
-    text = data if isinstance(data, str) else _decoded(raw)
+    text = data if isinstance(data, str) else _decoded(raw, root)
     _check_limits(root, text, file)
-    return Source(file, text, root, (*defects, *more), tuple(origins))
+    return Source(file, text, root, (*stray, *version, *prefixes), tuple(origins))
+
+
+def without_stray(raw: bytes) -> tuple[bytes, tuple[SourceDefect, ...]]:
+    """The text without what no parser of XML takes around it, and what that was.
+
+    Editors and generators leave white space before `<?xml`, and zeros of a buffer
+    behind the end. Lines keep their numbers.
+    """
+    found = []
+    body = raw.removeprefix(_MARK)
+    start = body.lstrip(_BLANK + _MARK)
+    if start.startswith(b"<?xml") and len(start) < len(body):
+        blank = body[: len(body) - len(start)].replace(_MARK, b"")
+        declaration, end, rest = start.partition(b"?>")
+        raw = declaration + end + blank + rest
+        message = "white space or a byte-order mark before the XML declaration"
+        found.append(SourceDefect("stray", 1, message))
+    whole = raw.rstrip(_BLANK + b"\0")
+    if b"\0" in raw[len(whole) :]:
+        line = whole.count(b"\n") + 1
+        raw = whole
+        found.append(SourceDefect("stray", line, "zeros (NUL) behind the end"))
+    return raw, tuple(found)
 
 
 def elements(root: Any) -> Iterator[Any]:
@@ -337,7 +396,9 @@ def _check_limits(root: Any, text: str, file: str) -> None:
         stack.extend((child, depth + 1) for child in element)
 
 
-def _decoded(raw: bytes) -> str:
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return raw.decode("utf-16", "replace")
-    return raw.decode("utf-8-sig", "replace")
+def _decoded(raw: bytes, root: Any) -> str:
+    coding = root.getroottree().docinfo.encoding or "utf-8"
+    try:
+        return raw.removeprefix(_MARK).decode(coding, "replace")
+    except LookupError:  # libxml2 knows codings that Python does not
+        return raw.decode("utf-8", "replace")

@@ -1,14 +1,13 @@
 """URDF text to records: what a robot is built from, each with its place.
 
 `parse` is strict: a robot that cannot be built, or that parsers would build
-differently, is refused with one line. Listing everything that is wrong with a file is
-the work of `borecheck.validation`, which reads the same source leniently.
+differently, is refused with one line, by the rules (`refusal`) that
+`borecheck.validation` lists everything by that is wrong with a file.
 """
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,29 +15,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.core.se3 import transform
-from borecheck.errors import UrdfError
-from borecheck.robots.urdf import mimic as mimic_chains
 from borecheck.robots.urdf import source as urdf_source
+from borecheck.robots.urdf.draft import (
+    DraftJoint,
+    DraftMimic,
+    UrdfDraft,
+    first,
+    number,
+    numbers,
+)
+from borecheck.robots.urdf.refusal import refuse
+from borecheck.robots.urdf.rules.shapes import lost_shapes
 from borecheck.robots.urdf.source import Place, Source, children, tag_of
 
 Array = NDArray[np.float64]
 
-JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-AXIS_TYPES = ("revolute", "continuous", "prismatic", "planar")
-LIMITED_TYPES = ("revolute", "prismatic")
-LINK_TAGS = ("inertial", "visual", "collision")
-JOINT_TAGS = (
-    *("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
-    *("calibration", "safety_controller"),
-)
-RESEMBLES = 0.8  # how alike a misspelt word is (difflib): orign, colision, limits
+Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Box:
     """A box with edges `size` [m], centred."""
 
-    size: tuple[float, float, float]
+    size: Triple
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,7 @@ class Mesh:
     """A mesh file as it is referred to, with its scale."""
 
     filename: str
-    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    scale: Triple = (1.0, 1.0, 1.0)
 
 
 Geometry = Box | Cylinder | Capsule | Sphere | Mesh
@@ -112,6 +111,17 @@ class Shape:
     geometry: Geometry
     place: Place
 
+    @property
+    def has_size(self) -> bool:
+        """Whether anything is there: a box of 0 0 0 is a point, and covers nothing."""
+        match self.geometry:
+            case Box(size=numbers) | Mesh(scale=numbers):
+                return sum(number == 0.0 for number in numbers) < 2
+            case Sphere():
+                return self.geometry.radius > 0.0
+            case Cylinder() | Capsule():
+                return self.geometry.radius > 0.0
+
 
 @dataclass(frozen=True, eq=False)
 class Link:
@@ -126,17 +136,23 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint; `origin` is T_parent_child at position zero, `axis` a unit vector."""
+    """A joint; `xyz` [m] and `rpy` [rad] as in the file, `axis` a unit vector."""
 
     name: str
     type: str
     parent: str
     child: str
-    origin: Array
+    xyz: Triple
+    rpy: Triple
     axis: Array
     limits: Limits | None
     mimic: Mimic | None
     place: Place
+
+    @cached_property
+    def origin(self) -> Array:
+        """T_parent_child at position zero, (4, 4)."""
+        return transform(self.xyz, self.rpy)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +165,7 @@ class UrdfTree:
         joints: All joints.
         materials: Names of the materials declared on the robot.
         source: The file the robot was read from.
+        lost: Where a geometry stands that is no link's shape: nobody looks at it.
     """
 
     name: str
@@ -156,6 +173,7 @@ class UrdfTree:
     joints: tuple[Joint, ...]
     materials: tuple[str, ...]
     source: str
+    lost: tuple[Place, ...] = ()
 
     @property
     def root(self) -> Link:
@@ -192,260 +210,113 @@ def parse(
 
 def build(source: Source) -> UrdfTree:
     """As `parse`, from a source already read."""
-    reader = _Reader(source)
-    root = source.root
-    if urdf_source.tag_of(root) != "robot":
-        raise reader.error(root, f"the root element is <{root.tag}>, not <robot>")
-    tree = UrdfTree(
-        name=reader.attribute(root, "name"),
-        links=tuple(reader.link(element) for element in children(root, "link")),
-        joints=tuple(reader.joint(element) for element in children(root, "joint")),
-        materials=tuple(e.get("name", "") for e in children(root, "material")),
+    draft = UrdfDraft(source)
+    refuse(draft)
+    return UrdfTree(
+        name=draft.root.get("name"),
+        links=tuple(_link(source, link.element) for link in draft.links),
+        joints=tuple(_joint(source, joint) for joint in draft.joints),
+        materials=tuple(e.get("name", "") for e in children(draft.root, "material")),
         source=source.file,
+        lost=tuple(source.place(element) for element in lost_shapes(draft)),
     )
-    _check_names(tree)
-    _check_tree(tree)
-    mimic_chains.resolve(tree.joints, source.file)
-    return tree
 
 
-class _Reader:
-    """Elements to records; every refusal says file, line and element."""
-
-    def __init__(self, source: Source) -> None:
-        self.source = source
-
-    def error(self, element: Any, problem: str) -> UrdfError:
-        return _refusal(self.source.place(element), problem)
-
-    def attribute(self, element: Any, name: str) -> str:
-        value = element.get(name)
-        if value is None or not value.strip():
-            raise self.error(element, f"attribute {name!r} is missing or empty")
-        return str(value)
-
-    def numbers(
-        self, element: Any, name: str, count: int, default: Sequence[float] | None
-    ) -> tuple[float, ...]:
-        text = element.get(name)
-        if text is None:
-            if default is None:
-                raise self.error(element, f"attribute {name!r} is missing")
-            return tuple(default)
-        try:
-            return urdf_source.parse_numbers(text, count)
-        except urdf_source.NotNumbersError as error:
-            raise self.error(element, f"{name}={error}") from None
-
-    def number(self, element: Any, name: str, default: float | None = None) -> float:
-        given = None if default is None else [default]
-        return self.numbers(element, name, 1, given)[0]
-
-    def positive(self, element: Any, name: str) -> float:
-        value = self.number(element, name)
-        if value <= 0.0:
-            raise self.error(element, f"{name}={value} is not positive")
-        return value
-
-    def only(self, element: Any, tag: str, required: bool = False) -> Any:
-        found = children(element, tag)
-        if len(found) > 1:
-            raise self.error(element, f"has {len(found)} <{tag}>; one is allowed")
-        if required and not found:
-            raise self.error(element, f"has no <{tag}>")
-        return found[0] if found else None
-
-    def spelt(
-        self, element: Any, attributes: Sequence[str], tags: Sequence[str] = ()
-    ) -> None:
-        """Refuses what looks like a misspelt attribute or child: nothing is skipped.
-
-        A rotation or a shape that parsers skip without a word would be missing from
-        every verdict. What resembles nothing (an extension) is left alone.
-        """
-        given = [str(name) for name in element.attrib if not name.startswith("{")]
-        below = [tag_of(child) for child in children(element)]
-        for words, known in ((given, attributes), (below, tags)):
-            for word in words:
-                close = get_close_matches(word, known, 1, RESEMBLES)
-                if word not in known and close:
-                    problem = f"{word!r} is not known; did you mean {close[0]!r}?"
-                    raise self.error(element, problem)
-
-    def origin(self, element: Any) -> Array:
-        origin = self.only(element, "origin")
-        if origin is None:
-            return np.eye(4)
-        strange = [name for name in origin.attrib if name not in ("xyz", "rpy")]
-        if strange:  # quat_xyzw of URDF 1.1 among them: its rotation would be lost
-            raise self.error(origin, f"{strange[0]!r} is not read: write xyz and rpy")
-        xyz = self.numbers(origin, "xyz", 3, (0.0, 0.0, 0.0))
-        return transform(xyz, self.numbers(origin, "rpy", 3, (0.0, 0.0, 0.0)))
-
-    def link(self, element: Any) -> Link:
-        self.spelt(element, ("name",), LINK_TAGS)
-        for child in () if children(element, "collision") else children(element):
-            if tag_of(child) not in LINK_TAGS and child.find(".//geometry") is not None:
-                problem = f"<{tag_of(child)}> holds a <geometry> and is no <collision>"
-                raise self.error(child, problem)
-        return Link(
-            name=self.attribute(element, "name"),
-            inertial=self.inertial(element),
-            visuals=tuple(self.shape(e) for e in children(element, "visual")),
-            collisions=tuple(self.shape(e) for e in children(element, "collision")),
-            place=self.source.place(element),
-        )
-
-    def inertial(self, link: Any) -> Inertial | None:
-        element = self.only(link, "inertial")
-        if element is None:
-            return None
-        mass = self.number(self.only(element, "mass", required=True), "value")
-        tensor = self.only(element, "inertia", required=True)
-        names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        xx, xy, xz, yy, yz, zz = (self.number(tensor, name) for name in names)
-        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        return Inertial(mass, self.origin(element), inertia)
-
-    def shape(self, element: Any) -> Shape:
-        self.spelt(element, ("name",), ("origin", "geometry", "material"))
-        return Shape(
-            name=element.get("name"),
-            origin=self.origin(element),
-            geometry=self.geometry(self.only(element, "geometry", required=True)),
-            place=self.source.place(element),
-        )
-
-    def geometry(self, element: Any) -> Geometry:
-        found = children(element)
-        if len(found) != 1:
-            raise self.error(element, f"holds {len(found)} shapes; it must hold one")
-        shape, tag = found[0], tag_of(found[0])
-        if tag == "box":
-            x, y, z = self.numbers(shape, "size", 3, None)
-            if min(x, y, z) <= 0.0:
-                raise self.error(shape, f"size {x} {y} {z} is not positive")
-            return Box((x, y, z))
-        if tag == "sphere":
-            return Sphere(self.positive(shape, "radius"))
-        if tag in ("cylinder", "capsule"):
-            kind = Cylinder if tag == "cylinder" else Capsule
-            return kind(self.positive(shape, "radius"), self.positive(shape, "length"))
-        if tag == "mesh":
-            return self.mesh(shape)
-        raise self.error(shape, f"<{tag}> is no shape")
-
-    def mesh(self, element: Any) -> Mesh:
-        self.spelt(element, ("filename", "scale"))
-        filename = self.attribute(element, "filename").strip()
-        x, y, z = self.numbers(element, "scale", 3, (1.0, 1.0, 1.0))
-        if 0.0 in (x, y, z):
-            raise self.error(element, f"scale {x} {y} {z} makes the mesh flat")
-        return Mesh(filename, (x, y, z))
-
-    def joint(self, element: Any) -> Joint:
-        self.spelt(element, ("name", "type"), JOINT_TAGS)
-        kind = self.attribute(element, "type")
-        if kind not in JOINT_TYPES:
-            known = ", ".join(JOINT_TYPES)
-            raise self.error(element, f"joint type {kind!r} is none of {known}")
-        parent = self.only(element, "parent", required=True)
-        child = self.only(element, "child", required=True)
-        return Joint(
-            name=self.attribute(element, "name"),
-            type=kind,
-            parent=self.attribute(parent, "link"),
-            child=self.attribute(child, "link"),
-            origin=self.origin(element),
-            axis=self.axis(element, kind),
-            limits=self.limits(element, kind),
-            mimic=self.mimic(element),
-            place=self.source.place(element),
-        )
-
-    def axis(self, joint: Any, kind: str) -> Array:
-        default = (1.0, 0.0, 0.0)
-        element = self.only(joint, "axis")
-        if element is None or kind not in AXIS_TYPES:
-            return np.array(default)
-        # urdfdom takes an axis without xyz for 0 0 0, others for 1 0 0.
-        axis = np.array(self.numbers(element, "xyz", 3, None))
-        length = float(np.linalg.norm(axis))
-        if length == 0.0:
-            raise self.error(element, "the axis is 0 0 0")
-        return axis / length
-
-    def limits(self, joint: Any, kind: str) -> Limits | None:
-        element = self.only(joint, "limit", required=kind in LIMITED_TYPES)
-        if element is None:
-            return None
-        self.spelt(element, ("lower", "upper", "effort", "velocity"))
-        lower = self.number(element, "lower", 0.0)
-        upper = self.number(element, "upper", 0.0)
-        if kind in LIMITED_TYPES and lower > upper:
-            raise self.error(element, f"lower={lower} is above upper={upper}")
-        return Limits(
-            lower,
-            upper,
-            self.number(element, "effort") if "effort" in element.attrib else None,
-            self.number(element, "velocity") if "velocity" in element.attrib else None,
-        )
-
-    def mimic(self, joint: Any) -> Mimic | None:
-        element = self.only(joint, "mimic")
-        if element is None:
-            return None
-        self.spelt(element, ("joint", "multiplier", "offset"))
-        return Mimic(
-            self.attribute(element, "joint"),
-            self.number(element, "multiplier", 1.0),
-            self.number(element, "offset", 0.0),
-        )
+def _link(source: Source, element: Any) -> Link:
+    return Link(
+        name=element.get("name"),
+        inertial=_inertial(first(element, "inertial")),
+        visuals=tuple(_shape(source, e) for e in children(element, "visual")),
+        collisions=tuple(_shape(source, e) for e in children(element, "collision")),
+        place=source.place(element),
+    )
 
 
-def _refusal(place: Place, problem: str) -> UrdfError:
-    return UrdfError(f"{place.file}:{place.line}", problem, place.path)
+def _inertial(element: Any) -> Inertial | None:
+    if element is None:
+        return None
+    tensor = first(element, "inertia")
+    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    xx, xy, xz, yy, yz, zz = (_number(tensor, name) for name in names)
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    mass = _number(first(element, "mass"), "value")
+    return Inertial(mass, transform(*_origin(element)), inertia)
 
 
-def _check_names(tree: UrdfTree) -> None:
-    if not tree.links:
-        raise UrdfError(tree.source, "the robot has no link", "robot")
-    for kind, things in (("link", tree.links), ("joint", tree.joints)):
-        counts = Counter(thing.name for thing in things)
-        for thing in things:
-            if counts[thing.name] > 1:
-                problem = f"{counts[thing.name]} {kind}s are called {thing.name!r}"
-                raise _refusal(thing.place, problem)
+def _shape(source: Source, element: Any) -> Shape:
+    return Shape(
+        name=element.get("name"),
+        origin=transform(*_origin(element)),
+        geometry=_geometry(children(first(element, "geometry"))[0]),
+        place=source.place(element),
+    )
 
 
-def _check_tree(tree: UrdfTree) -> None:
-    links = {link.name for link in tree.links}
-    parent_of: dict[str, Joint] = {}
-    for joint in tree.joints:
-        for role, name in (("parent", joint.parent), ("child", joint.child)):
-            if name not in links:
-                raise _refusal(joint.place, f"{role} link {name!r} does not exist")
-        if joint.child in parent_of:
-            other = parent_of[joint.child].name
-            problem = f"link {joint.child!r} is already the child of joint {other!r}"
-            raise _refusal(joint.place, problem)
-        parent_of[joint.child] = joint
-    roots = [link.name for link in tree.links if link.name not in parent_of]
-    if len(roots) > 1:
-        problem = f"{len(roots)} links have no parent: {', '.join(roots)}"
-        raise UrdfError(tree.source, problem, "robot")
-    _check_no_cycle(tree, parent_of)
+def _geometry(shape: Any) -> Geometry:
+    match tag_of(shape):
+        case "box":
+            return Box(_vector(shape, "size"))
+        case "sphere":
+            return Sphere(_number(shape, "radius"))
+        case "cylinder":
+            return Cylinder(_number(shape, "radius"), _number(shape, "length"))
+        case "capsule":
+            return Capsule(_number(shape, "radius"), _number(shape, "length"))
+        case _:
+            return Mesh(shape.get("filename"), _vector(shape, "scale", (1.0, 1.0, 1.0)))
 
 
-def _check_no_cycle(tree: UrdfTree, parent_of: dict[str, Joint]) -> None:
-    reached: set[str] = set()
-    for link in tree.links:
-        name, road = link.name, [link.name]
-        while name not in reached and name in parent_of:
-            name = parent_of[name].parent
-            if name in road:
-                circle = " -> ".join([*road[road.index(name) :], name])
-                place = parent_of[name].place
-                raise _refusal(place, f"links form a circle: {circle}")
-            road.append(name)
-        reached.update(road)
+def _joint(source: Source, joint: DraftJoint) -> Joint:
+    xyz, rpy = _origin(joint.element)
+    return Joint(
+        name=joint.name,
+        type=joint.type,
+        parent=joint.parent or "",
+        child=joint.child or "",
+        xyz=xyz,
+        rpy=rpy,
+        axis=_axis(joint),
+        limits=_limits(joint.limit),
+        mimic=_mimic(joint.mimic),
+        place=source.place(joint.element),
+    )
+
+
+def _axis(joint: DraftJoint) -> Array:
+    if not joint.has_axis:
+        return np.array((1.0, 0.0, 0.0))
+    axis = np.array(joint.axis)
+    return axis / float(np.linalg.norm(axis))
+
+
+def _limits(element: Any) -> Limits | None:
+    if element is None:
+        return None
+    return Limits(
+        _number(element, "lower", 0.0),
+        _number(element, "upper", 0.0),
+        number(element, "effort"),
+        number(element, "velocity"),
+    )
+
+
+def _mimic(mimic: DraftMimic | None) -> Mimic | None:
+    if mimic is None:
+        return None
+    return Mimic(mimic.joint, mimic.multiplier, mimic.offset)
+
+
+def _origin(element: Any) -> tuple[Triple, Triple]:
+    """Xyz and rpy of an element's `<origin>`."""
+    origin, zero = first(element, "origin"), (0.0, 0.0, 0.0)
+    return _vector(origin, "xyz", zero), _vector(origin, "rpy", zero)
+
+
+def _vector(element: Any, attribute: str, default: Triple = (0.0, 0.0, 0.0)) -> Triple:
+    x, y, z = numbers(element, attribute, 3) or default
+    return x, y, z
+
+
+def _number(element: Any, attribute: str, default: float = 0.0) -> float:
+    value = number(element, attribute)
+    return default if value is None else value

@@ -1,48 +1,21 @@
 """Document checks: is this a file from which parsers read the same thing."""
 
-import re
 from collections.abc import Iterator
 from typing import Any
 
+from borecheck.robots.urdf.draft import numbers
+from borecheck.robots.urdf.rules import document, shapes
+from borecheck.robots.urdf.schema import SCHEMA
 from borecheck.robots.urdf.source import children, elements, tag_of
-from borecheck.robots.urdf.tree import JOINT_TAGS
-from borecheck.validation.reading.draft import SHAPES, Robot, numbers
-from borecheck.validation.reading.schema import SCHEMA, required_attributes
+from borecheck.validation.checks.ruled import hits
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.registry import Hit, check
-
-SINGLE = {
-    "link": ("inertial",),
-    "joint": JOINT_TAGS,
-    "visual": ("origin", "geometry", "material"),
-    "collision": ("origin", "geometry"),
-    "inertial": ("origin", "mass", "inertia"),
-}
-REQUIRED = {
-    "visual": ("geometry",),
-    "collision": ("geometry",),
-    "inertial": ("mass", "inertia"),
-}
-
-VERSIONS = ("1.0", "1.1", "1.2")
-
-_LEFT_OVER = re.compile(r"\$\{[^}]*\}|\$\([^)]*\)")
 
 
 def noted(robot: Robot, code: str) -> Iterator[Hit]:
     """What was noticed when the file was read."""
     for element, message in robot.notes.get(code, []):
         yield Hit(robot.root if element is None else element, message)
-
-
-def standard(robot: Robot) -> Iterator[Any]:
-    """Elements of the URDF proper; what is in extensions and unknown ones is not."""
-    stack = [robot.root]
-    while stack:
-        element = stack.pop()
-        yield element
-        stack.extend(
-            child for child in reversed(children(element)) if tag_of(child) in SCHEMA
-        )
 
 
 @check("D101", "unreadable", "document", "EEE", "file")
@@ -80,10 +53,7 @@ def root_not_robot(robot: Robot) -> Iterator[Hit]:
     Mend: Make <robot name="..."> the outermost element; SDF and MJCF files are other
     formats and must be converted first.
     """
-    tag = tag_of(robot.root)
-    if tag != "robot":
-        other = {"sdf": " (this is an SDF file)", "mujoco": " (this is an MJCF file)"}
-        yield Hit(robot.root, f"the root element is <{tag}>{other.get(tag, '')}")
+    return hits(robot, document.root)
 
 
 @check("D104", "robot-without-name", "document", "EEE")
@@ -96,10 +66,7 @@ def robot_without_name(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse the file; yourdfpy stops with a KeyError.
     """
-    if robot.holds_macros_only:
-        return
-    if tag_of(robot.root) == "robot" and not (robot.root.get("name") or "").strip():
-        yield Hit(robot.root, "the robot's name is missing or empty", "name")
+    return iter(()) if robot.holds_macros_only else hits(robot, document.robot_name)
 
 
 @check("D132", "robot-version", "document", "EEE")
@@ -112,10 +79,7 @@ def robot_version(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse the file; others do not look.
     """
-    version = robot.root.get("version")
-    if tag_of(robot.root) == "robot" and version not in (None, *VERSIONS):
-        message = f"version={version!r} is none of {', '.join(VERSIONS)}"
-        yield Hit(robot.root, message, "version")
+    return hits(robot, document.robot_version)
 
 
 @check("D133", "quaternion-origin", "document", "EEE")
@@ -130,10 +94,7 @@ def quaternion_origin(robot: Robot) -> Iterator[Hit]:
     Libraries: Pinocchio 4 (urdfdom 6) reads it in files of version 1.1; yourdfpy and
     older parsers do not; borecheck's own checks refuse the file.
     """
-    for element in robot.root.iter("origin"):
-        if "quat_xyzw" in element.attrib:
-            text = f"quat_xyzw={element.get('quat_xyzw')!r}"
-            yield Hit(element, text, "quat_xyzw")
+    return hits(robot, document.quaternions)
 
 
 @check("D107", "undeclared-prefix", "document", "WWW")
@@ -166,6 +127,36 @@ def xml_version(robot: Robot) -> Iterator[Hit]:
             yield Hit(robot.root, defect.message)
 
 
+@check("D134", "collision-misplaced", "document", "EEE")
+def collision_misplaced(robot: Robot) -> Iterator[Hit]:
+    """A <collision> with geometry stands elsewhere than directly in a link.
+
+    Why: Parsers skip it without a word: what it was to protect is not checked. It may
+    stand in a joint, in a <visual>, in a group, or beside the links.
+
+    Mend: Move it into the <link> it belongs to.
+
+    Libraries: every parser is silent; borecheck's own checks refuse the file.
+    """
+    return hits(robot, shapes.misplaced_collisions)
+
+
+@check("D135", "stray-bytes", "document", "WWW")
+def stray_bytes(robot: Robot) -> Iterator[Hit]:
+    """Something lies before the XML declaration or behind the end.
+
+    Why: Strict XML parsers refuse the whole file, lenient ones read it.
+
+    Mend: Begin the file with <?xml, and end it with </robot>.
+
+    Libraries: lxml (yourdfpy) refuses the file; tinyxml2 (urdfdom, Pinocchio) reads
+    white space before the declaration.
+    """
+    for defect in robot.source.defects:
+        if defect.kind == "stray":
+            yield Hit(robot.root, defect.message)
+
+
 @check("D109", "left-over-xacro", "document", "EEE")
 def left_over_xacro(robot: Robot) -> Iterator[Hit]:
     """Xacro macros or expressions were left in the URDF.
@@ -174,14 +165,7 @@ def left_over_xacro(robot: Robot) -> Iterator[Hit]:
 
     Mend: Expand the file with xacro, or give it the suffix .xacro.
     """
-    for element in elements(robot.root):
-        if tag_of(element).startswith("xacro:"):
-            yield Hit(element, f"<{tag_of(element)}> was not expanded")
-        for attribute, value in element.attrib.items():
-            match = _LEFT_OVER.search(value)
-            if match is not None:
-                message = f"{attribute}={value!r} holds the expression {match.group()}"
-                yield Hit(element, message, attribute)
+    return hits(robot, document.left_over_xacro)
 
 
 @check("D110", "xacro-failed", "document", "EEE", "file")
@@ -242,14 +226,7 @@ def repeated_element(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio take the first; MuJoCo and PyBullet may add both.
     """
-    for element in standard(robot):
-        for tag in SINGLE.get(tag_of(element), ()):
-            for extra in children(element, tag)[1:]:
-                count = len(children(element, tag))
-                yield Hit(extra, f"<{tag_of(element)}> has {count} <{tag}>, not one")
-        if tag_of(element) == "geometry" and len(children(element)) > 1:
-            tags = ", ".join(tag_of(child) for child in children(element))
-            yield Hit(children(element)[1], f"<geometry> holds several shapes: {tags}")
+    return hits(robot, document.repeated)
 
 
 @check("D118", "missing-element", "document", "EEE")
@@ -262,13 +239,7 @@ def missing_element(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse the file; yourdfpy drops the shape.
     """
-    for element in standard(robot):
-        for tag in REQUIRED.get(tag_of(element), ()):
-            if not children(element, tag):
-                yield Hit(element, f"<{tag_of(element)}> has no <{tag}>")
-        shapes = [c for c in children(element) if tag_of(c) in SHAPES]
-        if tag_of(element) == "geometry" and not shapes:
-            yield Hit(element, "<geometry> holds no shape that URDF knows")
+    return hits(robot, document.missing)
 
 
 @check("D119", "missing-attribute", "document", "EEE")
@@ -281,11 +252,7 @@ def missing_attribute(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse most of them; yourdfpy crashes on some.
     """
-    for element in standard(robot):
-        for attribute in required_attributes(element):
-            if not (element.get(attribute) or "").strip():
-                message = f"<{tag_of(element)}> has no {attribute!r}"
-                yield Hit(element, message, attribute)
+    return hits(robot, document.missing_attributes)
 
 
 @check("D127", "stray-text", "document", "WWW")
@@ -296,8 +263,8 @@ def stray_text(robot: Robot) -> Iterator[Hit]:
 
     Mend: Remove it, or make it a comment.
     """
-    for element in standard(robot):
-        if tag_of(element) not in SCHEMA:
+    for element, tag in robot.standard:
+        if tag not in SCHEMA:
             continue
         # Text after a child is told at the child: the line is nearer.
         texts = [(element, element.text)]
@@ -308,7 +275,7 @@ def stray_text(robot: Robot) -> Iterator[Hit]:
         for near, text in texts:
             if text and text.strip():
                 shown = " ".join(text.split())[:40]
-                yield Hit(near, f"<{tag_of(element)}> holds the text {shown!r}")
+                yield Hit(near, f"<{tag}> holds the text {shown!r}")
 
 
 @check("D128", "material-undefined", "document", "WWW")

@@ -3,18 +3,14 @@
 from collections.abc import Iterator
 from pathlib import PurePosixPath, PureWindowsPath
 
-from borecheck.robots.urdf.source import NotNumbersError, parse_numbers
+from borecheck.robots.urdf.draft import DraftShape
+from borecheck.robots.urdf.rules import shapes as rules
+from borecheck.validation.checks.ruled import hits
 from borecheck.validation.findings import Severity
-from borecheck.validation.reading.draft import DraftShape, Robot
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.reading.mesh_reading import resolution_of
 from borecheck.validation.registry import Hit, check
 
-_SIZES = {
-    "box": ("size",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "sphere": ("radius",),
-}
 _SUFFIXES = (".stl", ".obj", ".ply", ".dae")
 
 
@@ -24,9 +20,15 @@ def shapes(robot: Robot) -> Iterator[DraftShape]:
         yield from link.shapes
 
 
-def for_collision(shape: DraftShape) -> Severity | None:
-    """The check's own severity for collision shapes, a warning for visuals."""
-    return None if shape.kind == "collision" else Severity.WARNING
+def where_checked(robot: Robot, shape: DraftShape) -> Severity | None:
+    """The check's own severity for shapes that contacts are checked with.
+
+    A link that is drawn and has no <collision> is checked as it is drawn; what is drawn
+    of the others is only a picture, and a warning.
+    """
+    link = robot.link_named.get(shape.link)
+    bare = link is not None and not link.of_kind("collision")
+    return None if bare or shape.kind == "collision" else Severity.WARNING
 
 
 def _is_absolute(filename: str) -> bool:
@@ -57,7 +59,7 @@ def mesh_not_found(robot: Robot) -> Iterator[Hit]:
             continue  # G504 says so
         tried = ", ".join(str(path) for path in found.tried[:8]) or "nothing"
         message = f"{shape.filename!r}: {found.problem}; tried {tried}"
-        yield Hit(shape.shape, message, "filename", for_collision(shape))
+        yield Hit(shape.shape, message, "filename", where_checked(robot, shape))
 
 
 @check("G502", "mesh-other-spelling", "geometry", "WEE")
@@ -74,7 +76,7 @@ def mesh_other_spelling(robot: Robot) -> Iterator[Hit]:
         found = resolution_of(robot, shape.filename)
         if found.path is None and found.near_miss is not None:
             message = f"{shape.filename!r}: the file is {found.near_miss}"
-            yield Hit(shape.shape, message, "filename", for_collision(shape))
+            yield Hit(shape.shape, message, "filename", where_checked(robot, shape))
 
 
 @check("G503", "mesh-absolute-path", "geometry", "WWW")
@@ -108,7 +110,8 @@ def mesh_path_escapes(robot: Robot) -> Iterator[Hit]:
             found = resolution_of(robot, shape.filename)
             if found.is_refused:
                 message = f"{shape.filename!r}: {found.problem}"
-                yield Hit(shape.shape, message, "filename", for_collision(shape))
+                level = where_checked(robot, shape)
+                yield Hit(shape.shape, message, "filename", level)
 
 
 @check("G509", "scale-zero", "geometry", "EEE")
@@ -121,9 +124,7 @@ def scale_zero(robot: Robot) -> Iterator[Hit]:
 
     Libraries: most accept it in silence.
     """
-    for shape in shapes(robot):
-        if shape.tag == "mesh" and 0.0 in shape.scale:
-            yield Hit(shape.shape, f"scale={shape.shape.get('scale')!r}", "scale")
+    return hits(robot, rules.scales)
 
 
 @check("G510", "scale-mirrored", "geometry", "WWW")
@@ -192,22 +193,15 @@ def size_not_positive(robot: Robot) -> Iterator[Hit]:
 
     Libraries: Drake and MuJoCo refuse it; urdfdom and yourdfpy accept it.
     """
-    for shape in shapes(robot):
-        for attribute in _SIZES.get(shape.tag or "", ()):
-            text = shape.shape.get(attribute)
-            try:
-                values = parse_numbers(text or "")
-            except NotNumbersError:
-                continue
-            if values and min(values) <= 0.0:
-                yield Hit(shape.shape, f"{attribute}={text!r}", attribute)
+    return hits(robot, rules.sizes)
 
 
-@check("G530", "mesh-format", "geometry", "WWW")
+@check("G530", "mesh-format", "geometry", "WEE")
 def mesh_format(robot: Robot) -> Iterator[Hit]:
     """The mesh is in a format that is not read here.
 
-    Why: It was not checked, and many libraries cannot read it.
+    Why: It was not checked, borecheck's own checks refuse a robot that is made of it,
+    and many libraries cannot read it.
 
     Mend: Export STL, OBJ, PLY or Collada.
     """
@@ -215,7 +209,8 @@ def mesh_format(robot: Robot) -> Iterator[Hit]:
         suffix = PurePosixPath(shape.filename or "x.stl").suffix.strip().lower()
         if suffix not in _SUFFIXES:
             message = f"{shape.filename!r}: {suffix or 'no suffix'} is not read"
-            yield Hit(shape.shape, message, "filename")
+            level = where_checked(robot, shape)
+            yield Hit(shape.shape, message, "filename", level)
 
 
 @check("G536", "shape-repeated", "geometry", "IWW")

@@ -6,13 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from borecheck.core.se3 import Array
-from borecheck.validation.reading.draft import (
-    DraftLink,
-    Robot,
-    first,
-    number,
-    placement,
-)
+from borecheck.robots.urdf.draft import DraftLink, first, number, placement
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.reading.extents import Extent, link_extent
 from borecheck.validation.registry import Hit, check
 

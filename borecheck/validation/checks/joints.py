@@ -5,14 +5,13 @@ from collections.abc import Iterator
 from statistics import median
 from typing import Any
 
+from borecheck.robots.urdf.draft import first, number, numbers
+from borecheck.robots.urdf.rules import joints
 from borecheck.robots.urdf.source import children, tag_of
-from borecheck.robots.urdf.tree import JOINT_TYPES
-from borecheck.validation.checks.spelling import nearest
-from borecheck.validation.findings import Severity
-from borecheck.validation.reading.draft import Robot, first, number, numbers
+from borecheck.validation.checks.ruled import hits
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.registry import Hit, check
 
-UNIT_TOLERANCE = 1e-3  # an axis typed with three digits is meant to be a unit vector
 FAR_RATIO = 30.0  # times the robot's median joint origin
 FAR_M = 100.0
 FULL_TURN = 2.0 * math.pi * 1.001  # 6.2832 and 6.29 still mean a full turn
@@ -31,12 +30,7 @@ def type_unknown(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse the file; yourdfpy accepts any word.
     """
-    for joint in robot.joints:
-        if joint.type and joint.type not in JOINT_TYPES:
-            close = nearest(joint.type, JOINT_TYPES)
-            guess = f"; did you mean {close!r}?" if close else ""
-            message = f"joint type {joint.type!r} is not known{guess}"
-            yield Hit(joint.element, message, "type")
+    return hits(robot, joints.unknown_type)
 
 
 @check("J302", "axis-zero", "joints", "EEE")
@@ -51,9 +45,7 @@ def axis_zero(robot: Robot) -> Iterator[Hit]:
     Libraries: Pinocchio yields rotations that are off; yourdfpy yields another pose;
     Drake and MuJoCo refuse the file.
     """
-    for joint in robot.joints:
-        if joint.has_axis and joint.axis is not None and not any(joint.axis):
-            yield Hit(first(joint.element, "axis"), "the axis is 0 0 0", "xyz")
+    return hits(robot, joints.zero_axis)
 
 
 @check("J303", "axis-not-unit", "joints", "WWW")
@@ -68,12 +60,7 @@ def axis_not_unit(robot: Robot) -> Iterator[Hit]:
     Libraries: Pinocchio and urdfdom users normalise; yourdfpy multiplies a prismatic
     joint's position with the length.
     """
-    for joint in robot.joints:
-        length = math.hypot(*(joint.axis or (1.0,)))
-        if joint.has_axis and length > 0.0 and abs(length - 1.0) > UNIT_TOLERANCE:
-            level = Severity.ERROR if joint.type == "prismatic" else None
-            message = f"the axis has length {length:.6g}, not 1"
-            yield Hit(first(joint.element, "axis"), message, "xyz", level)
+    return hits(robot, joints.long_axis)
 
 
 @check("J304", "axis-missing", "joints", "WWW")
@@ -141,22 +128,18 @@ def angle_in_degrees(robot: Robot) -> Iterator[Hit]:
 
 @check("J325", "free-joint-inside", "joints", "WWW")
 def free_joint_inside(robot: Robot) -> Iterator[Hit]:
-    """A floating or planar joint stands elsewhere than below the root.
+    """A floating or planar joint carries a part of the robot only.
 
-    Why: Many libraries keep such joints fixed, so the links below it stay behind.
+    Why: It has no single position, so where its links stand is not known; many
+    libraries keep such joints fixed. One that carries the whole robot is placed by
+    --base, or stands at its origin.
 
-    Mend: Replace it by prismatic and revolute joints.
+    Mend: Replace it by prismatic and revolute joints, or by a fixed one.
 
     Libraries: yourdfpy keeps floating and planar joints fixed, and a planar one shifts
-    its indices of mimic joints; Pinocchio moves them.
+    its indices of mimic joints; Pinocchio moves them; borecheck's checks refuse them.
     """
-    tops = {link.name for link in robot.roots}
-    for joint in robot.joints:
-        if joint.type in ("floating", "planar") and joint.parent not in tops:
-            message = (
-                f"{joint.type} joint {joint.name!r} stands in the middle of the tree"
-            )
-            yield Hit(joint.element, message, "type")
+    return hits(robot, joints.free_joints)
 
 
 @check("J329", "damping-negative", "joints", "IWE")

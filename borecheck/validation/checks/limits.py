@@ -3,7 +3,10 @@
 import math
 from collections.abc import Iterator
 
-from borecheck.validation.reading.draft import DraftJoint, Robot, first, number
+from borecheck.robots.urdf.draft import DraftJoint, first, number
+from borecheck.robots.urdf.rules import joints
+from borecheck.validation.checks.ruled import hits
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.registry import Hit, check
 
 DEGREES_FROM = 2.0 * math.pi * 1.01  # more than a turn, with room for 6.3
@@ -30,11 +33,7 @@ def limit_missing(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse the file; MuJoCo moves without limits.
     """
-    for joint in robot.joints:
-        if joint.is_limited and joint.limit is None:
-            yield Hit(
-                joint.element, f"{joint.type} joint {joint.name!r} has no <limit>"
-            )
+    return hits(robot, joints.missing_limits)
 
 
 @check("J306", "limit-reversed", "joints", "EEE")
@@ -47,12 +46,7 @@ def limit_reversed(robot: Robot) -> Iterator[Hit]:
 
     Libraries: sdformat swaps them; MuJoCo drops them; Pinocchio and yourdfpy keep them.
     """
-    for joint in _limited(robot):
-        if joint.lower is None or joint.upper is None:
-            continue
-        if joint.lower > joint.upper:
-            message = f"lower={joint.lower:g} is above upper={joint.upper:g}"
-            yield Hit(joint.limit, message, "lower")
+    return hits(robot, joints.reversed_limits)
 
 
 @check("J307", "limit-equal", "joints", "WWW")
@@ -134,7 +128,7 @@ def zero_outside_limits(robot: Robot) -> Iterator[Hit]:
             yield Hit(joint.limit, f"0 is not within {lower:g} to {upper:g}")
 
 
-@check("J311", "effort-or-velocity-missing", "joints", "EEE")
+@check("J311", "effort-or-velocity-missing", "joints", "WWE")
 def effort_or_velocity_missing(robot: Robot) -> Iterator[Hit]:
     """The effort or velocity limit is left out.
 
@@ -150,7 +144,7 @@ def effort_or_velocity_missing(robot: Robot) -> Iterator[Hit]:
             yield Hit(joint.limit, f"{' and '.join(missing)} left out")
 
 
-@check("J312", "effort-or-velocity-negative", "joints", "EEE")
+@check("J312", "effort-or-velocity-negative", "joints", "WWE")
 def effort_or_velocity_negative(robot: Robot) -> Iterator[Hit]:
     """The effort or velocity limit is negative.
 

@@ -6,10 +6,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from borecheck.errors import MeshError
-from borecheck.validation.checks.geometry import for_collision, shapes
+from borecheck.robots.urdf.draft import DraftShape
+from borecheck.validation.checks.geometry import shapes, where_checked
 from borecheck.validation.checks.joints import origin_far
 from borecheck.validation.findings import Severity
-from borecheck.validation.reading.draft import DraftShape, Robot
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.reading.extents import shape_extent
 from borecheck.validation.reading.mesh_reading import path_of, read_file
 from borecheck.validation.registry import Hit, check
@@ -32,12 +33,17 @@ def mesh_shapes(robot: Robot, *, scaled: bool = False) -> Iterator[DraftShape]:
         scaled: One for each file and scale, because the size of each is another.
     """
     seen = set()
-    for shape in sorted(shapes(robot), key=lambda s: s.kind != "collision"):
+    for shape in sorted(shapes(robot), key=lambda s: _rank(robot, s)):
         path = path_of(robot, shape)
         key = (path, shape.scale if scaled else None)
         if path is not None and key not in seen:
             seen.add(key)
             yield shape
+
+
+def _rank(robot: Robot, shape: DraftShape) -> tuple[bool, bool]:
+    """What contacts are checked with comes first, collisions before visuals."""
+    return where_checked(robot, shape) is not None, shape.kind != "collision"
 
 
 def _unreadable(robot: Robot) -> Iterator[tuple[DraftShape, str]]:
@@ -62,7 +68,7 @@ def mesh_unreadable(robot: Robot) -> Iterator[Hit]:
     for shape, problem in _unreadable(robot):
         told = any(words in problem for words in (*_NOT_FINITE, *_INDEX))
         if not told and "no mesh format" not in problem:
-            yield _bad_mesh(shape, problem)
+            yield _bad_mesh(robot, shape, problem)
 
 
 @check("G507", "mesh-not-finite", "geometry", "WEE", "meshes")
@@ -77,7 +83,7 @@ def mesh_not_finite(robot: Robot) -> Iterator[Hit]:
     """
     for shape, problem in _unreadable(robot):
         if any(words in problem for words in _NOT_FINITE):
-            yield _bad_mesh(shape, problem)
+            yield _bad_mesh(robot, shape, problem)
 
 
 @check("G508", "mesh-index", "geometry", "WEE", "meshes")
@@ -90,7 +96,7 @@ def mesh_index(robot: Robot) -> Iterator[Hit]:
     """
     for shape, problem in _unreadable(robot):
         if any(words in problem for words in _INDEX):
-            yield _bad_mesh(shape, problem)
+            yield _bad_mesh(robot, shape, problem)
 
 
 @check("G512", "mesh-unit", "geometry", "WWW", "meshes")
@@ -208,9 +214,9 @@ def collada_unit(robot: Robot) -> Iterator[Hit]:
             yield Hit(shape.shape, message, "filename", level)
 
 
-def _bad_mesh(shape: DraftShape, problem: str) -> Hit:
+def _bad_mesh(robot: Robot, shape: DraftShape, problem: str) -> Hit:
     message = f"{shape.filename!r}: {problem}"
-    return Hit(shape.shape, message, "filename", for_collision(shape))
+    return Hit(shape.shape, message, "filename", where_checked(robot, shape))
 
 
 def _scale_hint(shape: DraftShape, factor: float) -> str:

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
+from borecheck.robots.urdf.draft import DraftShape
 from borecheck.validation.checks.mesh_files import mesh_shapes
 from borecheck.validation.findings import Severity
-from borecheck.validation.reading.draft import DraftShape, Robot
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.reading.extents import shape_extent
 from borecheck.validation.reading.mesh_coverage import coverage_of
 from borecheck.validation.reading.mesh_facts import MeshFacts, bodies_of

@@ -3,8 +3,10 @@
 from collections.abc import Iterator
 
 from borecheck.robots.urdf import mimic as chains
-from borecheck.validation.checks.spelling import nearest
-from borecheck.validation.reading.draft import DraftJoint, Robot
+from borecheck.robots.urdf.draft import DraftJoint
+from borecheck.robots.urdf.rules import joints
+from borecheck.validation.checks.ruled import hits
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.registry import Hit, check
 
 _TOLERANCE = 1e-6  # limits typed with six digits
@@ -29,12 +31,7 @@ def mimic_missing(robot: Robot) -> Iterator[Hit]:
 
     Libraries: Pinocchio and urdfdom accept it; yourdfpy crashes or ignores it.
     """
-    for joint in robot.joints:
-        if joint.mimic is not None and joint.mimic.joint not in robot.joint_named:
-            close = nearest(joint.mimic.joint, robot.joint_named)
-            guess = f"; did you mean {close!r}?" if close else ""
-            message = f"mimics {joint.mimic.joint!r}, which is no joint{guess}"
-            yield Hit(joint.mimic_element, message, "joint")
+    return hits(robot, joints.missing_leaders)
 
 
 @check("J317", "mimic-cycle", "joints", "EEE")
@@ -47,11 +44,7 @@ def mimic_cycle(robot: Robot) -> Iterator[Hit]:
 
     Libraries: Pinocchio and urdfdom accept it; some parsers never return.
     """
-    _, problems = chains.try_resolve(robot.joint_named.values())
-    for problem in problems:
-        if problem.kind != "missing" and problem.joint == problem.names[-1]:
-            element = robot.joint_named[problem.joint].mimic_element
-            yield Hit(element, problem.text, "joint")
+    return hits(robot, joints.mimic_cycles)
 
 
 @check("J318", "mimic-chain", "joints", "WWW")

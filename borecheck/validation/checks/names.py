@@ -1,15 +1,12 @@
 """Name checks: every link and joint is called something, once, and unmistakably."""
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator
 
-from borecheck.validation.reading.draft import DraftJoint, DraftLink, Robot
+from borecheck.robots.urdf.rules import names
+from borecheck.validation.checks.ruled import hits
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.registry import Hit, check
-
-
-def _things(robot: Robot) -> list[tuple[str, DraftLink | DraftJoint]]:
-    links: list[tuple[str, DraftLink | DraftJoint]] = [("link", x) for x in robot.links]
-    return links + [("joint", joint) for joint in robot.joints]
 
 
 @check("D121", "name-missing", "document", "EEE")
@@ -22,9 +19,7 @@ def name_missing(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse the file; yourdfpy may crash.
     """
-    for kind, thing in _things(robot):
-        if not thing.name:
-            yield Hit(thing.element, f"a {kind} has no name", "name")
+    return hits(robot, names.missing)
 
 
 @check("D122", "name-duplicate", "document", "EEE")
@@ -37,14 +32,7 @@ def name_duplicate(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse the file; yourdfpy keeps the last one.
     """
-    counts = Counter((kind, thing.name) for kind, thing in _things(robot))
-    seen: set[tuple[str, str]] = set()
-    for kind, thing in _things(robot):
-        key = (kind, thing.name)
-        if thing.name and key in seen:
-            message = f"{counts[key]} {kind}s are called {thing.name!r}"
-            yield Hit(thing.element, message, "name")
-        seen.add(key)
+    return hits(robot, names.duplicate)
 
 
 @check("D123", "name-whitespace", "document", "WWW")
@@ -55,7 +43,7 @@ def name_whitespace(robot: Robot) -> Iterator[Hit]:
 
     Mend: Use letters, digits, underscore, hyphen and slash.
     """
-    for kind, thing in _things(robot):
+    for kind, thing in names.things(robot):
         raw = thing.element.get("name") or ""
         if thing.name and any(c.isspace() or not c.isprintable() for c in raw):
             yield Hit(thing.element, f"{kind} name {raw!r} holds white space", "name")
@@ -72,7 +60,7 @@ def name_case(robot: Robot) -> Iterator[Hit]:
     Libraries: USD and file names on Windows and macOS ignore case.
     """
     spelt: dict[tuple[str, str], set[str]] = defaultdict(set)
-    for kind, thing in _things(robot):
+    for kind, thing in names.things(robot):
         others = spelt[kind, thing.name.lower()] - {thing.name}
         if thing.name and others:
             message = f"{kind} {thing.name!r} differs from {min(others)!r} only by case"

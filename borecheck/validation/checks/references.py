@@ -14,9 +14,10 @@ import numpy as np
 from borecheck.core.se3 import Array, inverse
 from borecheck.errors import InputError, UsageError
 from borecheck.robots.description import hook
+from borecheck.robots.urdf.draft import DraftJoint, Vector, placement
 from borecheck.validation.checks.running import TOLERANCE, gap
 from borecheck.validation.findings import Finding
-from borecheck.validation.reading.draft import DraftJoint, Robot, Vector, placement
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.reading.motion import Motion, motion_of
 from borecheck.validation.registry import Hit, check
 

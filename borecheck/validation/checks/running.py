@@ -135,11 +135,12 @@ def kinematics_disagree(robot: Robot) -> Iterator[Hit]:
         yield Hit(robot.link_named[link].element, message, None, level)
 
 
-@check("K608", "pinocchio-refuses", "kinematics", "WEE", "run")
+@check("K608", "pinocchio-refuses", "kinematics", "WWE", "run")
 def pinocchio_refuses(robot: Robot) -> Iterator[Hit]:
     """Pinocchio cannot load the robot.
 
-    Why: Whoever uses it cannot use this file; borecheck's contact checks neither.
+    Why: Whoever uses it cannot use this file. borecheck's own checks hand it the joints
+    only, so what it dislikes about the rest does not stop them.
 
     Mend: See the other findings; Pinocchio seldom says the reason.
     """

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.errors import UrdfError
+from borecheck.robots.urdf.rules.names import nearest
 from borecheck.robots.urdf.source import (
     Source,
     children,
@@ -13,7 +14,6 @@ from borecheck.robots.urdf.source import (
     read_bytes,
     tag_of,
 )
-from borecheck.validation.checks.spelling import nearest
 from borecheck.validation.reading.draft import Robot
 from borecheck.validation.registry import Hit, check
 

@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 
-from borecheck.robots.urdf.source import children, tag_of
-from borecheck.validation.checks.spelling import nearest
+from borecheck.robots.urdf.rules import tree
+from borecheck.robots.urdf.rules.names import guess
+from borecheck.validation.checks.ruled import hits
 from borecheck.validation.findings import Severity
-from borecheck.validation.reading.draft import DraftJoint, Robot
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.registry import Hit, check
 
 LONG_CHAIN = 60
@@ -19,12 +20,12 @@ def no_links(robot: Robot) -> Iterator[Hit]:
 
     Mend: Add at least one <link>.
     """
-    if tag_of(robot.root) == "robot" and not robot.links:
-        if robot.holds_macros_only:
-            message = "the file holds macros and no robot: nothing was checked"
-            yield Hit(robot.root, message, None, Severity.INFO)
-        else:
-            yield Hit(robot.root, "the robot has no link")
+    if not robot.holds_macros_only:
+        yield from hits(robot, tree.no_links)
+    elif not robot.links:
+        message = "the file holds macros and no robot: nothing was checked"
+        level = None if robot.options.profile == "collision" else Severity.INFO
+        yield Hit(robot.root, message, None, level)
 
 
 @check("T202", "link-unknown", "tree", "EEE")
@@ -37,13 +38,7 @@ def link_unknown(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse the file; yourdfpy accepts it.
     """
-    for joint in robot.joints:
-        for role, name in (("parent", joint.parent), ("child", joint.child)):
-            if name is not None and name not in robot.link_named:
-                close = nearest(name, robot.link_named)
-                guess = f"; did you mean {close!r}?" if close else ""
-                message = f"{role} link {name!r} does not exist{guess}"
-                yield Hit(children(joint.element, role)[0], message, "link")
+    return hits(robot, tree.unknown_links)
 
 
 @check("T203", "link-not-named", "tree", "EEE")
@@ -56,11 +51,7 @@ def link_not_named(robot: Robot) -> Iterator[Hit]:
 
     Libraries: urdfdom and Pinocchio refuse the file; some parsers skip the joint.
     """
-    for joint in robot.joints:
-        for role, name in (("parent", joint.parent), ("child", joint.child)):
-            if name is None:
-                label = f"joint {joint.name!r}" if joint.name else "a joint"
-                yield Hit(joint.element, f"{label} has no {role} link")
+    return hits(robot, tree.unnamed_links)
 
 
 @check("T204", "several-roots", "tree", "EEE")
@@ -74,13 +65,7 @@ def several_roots(robot: Robot) -> Iterator[Hit]:
     Libraries: urdfdom and Pinocchio refuse the file; yourdfpy draws it at the origin;
     MuJoCo attaches it to the world.
     """
-    for link in robot.roots[1:]:
-        below = len(list(robot.below(link.name)))
-        also = f" and {below - 1} links below it" if below > 1 else ""
-        message = (
-            f"link {link.name!r}{also} is not connected to {robot.roots[0].name!r}"
-        )
-        yield Hit(link.element, message)
+    return hits(robot, tree.several_roots)
 
 
 @check("T205", "cycle", "tree", "EEE")
@@ -95,22 +80,7 @@ def cycle(robot: Robot) -> Iterator[Hit]:
     Libraries: urdfdom and Pinocchio refuse the file or leave links out; some Python
     parsers loop for ever.
     """
-    done: set[str] = set()
-    for link in robot.links:
-        road: list[str] = []
-        joints: list[DraftJoint] = []
-        name = link.name
-        while name not in done and robot.joints_into.get(name):
-            if name in road:
-                circle = [*road[road.index(name) :], name]
-                joint = joints[road.index(name)]
-                way = " -> ".join(reversed(circle))
-                yield Hit(joint.element, f"links form a circle: {way}")
-                break
-            road.append(name)
-            joints.append(robot.joints_into[name][0])
-            name = joints[-1].parent or ""
-        done.update(road)
+    return hits(robot, tree.cycles)
 
 
 @check("T206", "two-parents", "tree", "EEE")
@@ -125,10 +95,7 @@ def two_parents(robot: Robot) -> Iterator[Hit]:
     Libraries: urdfdom and Pinocchio accept it and lose a joint; yourdfpy accepts it;
     Drake and MuJoCo refuse it.
     """
-    for name, joints in robot.joints_into.items():
-        for joint in joints[1:]:
-            message = f"link {name!r} is already the child of joint {joints[0].name!r}"
-            yield Hit(joint.element, message)
+    return hits(robot, tree.two_parents)
 
 
 @check("T207", "unreachable", "tree", "EEE")
@@ -139,12 +106,7 @@ def unreachable(robot: Robot) -> Iterator[Hit]:
 
     Mend: Connect the circle to the root; see T205.
     """
-    reached = {name for root in robot.roots for name, _ in robot.below(root.name)}
-    lost = [link for link in robot.links if link.name and link.name not in reached]
-    if lost:
-        names = ", ".join(link.name for link in lost[:5])
-        more = f" and {len(lost) - 5} more" if len(lost) > 5 else ""
-        yield Hit(lost[0].element, f"no root leads to {names}{more}")
+    return hits(robot, tree.unreachable)
 
 
 @check("T208", "long-chain", "tree", "III")
@@ -155,15 +117,25 @@ def long_chain(robot: Robot) -> Iterator[Hit]:
 
     Mend: Nothing, if the robot really is so long.
     """
-    depth: dict[str, int] = {}
-    if robot.roots:
-        for name, joint in robot.below(robot.roots[0].name):
-            above = depth.get(joint.parent or "", 0) if joint is not None else -1
-            depth[name] = above + 1
-    deepest = max(depth, key=lambda name: depth[name], default=None)
-    if deepest is not None and depth[deepest] > LONG_CHAIN:
-        message = f"link {deepest!r} is {depth[deepest]} joints away from the root"
+    depths = robot.depths
+    deepest = max(depths, key=lambda name: depths[name], default=None)
+    if deepest is not None and LONG_CHAIN < depths[deepest] <= tree.DEEPEST:
+        message = f"link {deepest!r} is {depths[deepest]} joints away from the root"
         yield Hit(robot.link_named[deepest].element, message)
+
+
+@check("T211", "chain-too-deep", "tree", "EEE")
+def chain_too_deep(robot: Robot) -> Iterator[Hit]:
+    """The tree is deeper than 1,000 joints.
+
+    Why: Libraries walk it by recursion and crash; no real arm has a tenth of that.
+
+    Mend: Merge links that are fixed to each other; a chain of so many moving joints is
+    no robot.
+
+    Libraries: urdfdom and Pinocchio overflow their stack on very deep files.
+    """
+    return hits(robot, tree.too_deep)
 
 
 @check("T209", "frame-missing", "tree", "EEE")
@@ -176,9 +148,8 @@ def frame_missing(robot: Robot) -> Iterator[Hit]:
     """
     for frame in robot.options.frames:
         if frame not in robot.link_named:
-            close = nearest(frame, robot.link_named)
-            guess = f"; did you mean {close!r}?" if close else ""
-            yield Hit(robot.root, f"there is no link {frame!r}{guess}")
+            close = guess(frame, robot.link_named)
+            yield Hit(robot.root, f"there is no link {frame!r}{close}")
 
 
 @check("T210", "root-with-inertia", "tree", "III")

@@ -5,14 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from borecheck.core.se3 import Array
-from borecheck.validation.reading.draft import (
-    DraftLink,
-    DraftShape,
-    Robot,
-    number,
-    numbers,
-)
-from borecheck.validation.reading.draft import placement as placement_of
+from borecheck.robots.urdf.draft import DraftLink, DraftShape, number, numbers
+from borecheck.robots.urdf.draft import placement as placement_of
+from borecheck.validation.reading.draft import Robot
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+MOST_MEMORY = 8_000_000_000  # bytes of address space, of which less is used
+
 Frames = dict[str, list[list[float]]]
 
 
@@ -142,6 +144,15 @@ def _line(error: BaseException) -> str:
     return f"{type(error).__name__}: {text}"[:300]
 
 
+def _bound_memory() -> None:
+    """Pinocchio's memory grows with the cube of the joints: bounded, it refuses."""
+    import resource
+
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    if most == resource.RLIM_INFINITY or most > MOST_MEMORY:
+        resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, most))
+
+
 def _import_early() -> None:
     """Imports the libraries while the request is still being put together."""
     import pinocchio  # noqa: F401
@@ -149,6 +160,7 @@ def _import_early() -> None:
 
 
 if __name__ == "__main__":
+    _bound_memory()
     _import_early()
     # One line a library: what was said before one dies is heard.
     for said in answers(json.load(sys.stdin)):

@@ -9,14 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from borecheck.core.se3 import Array, inverse
-from borecheck.validation.reading.draft import (
+from borecheck.geometry.mesh.sampling import directions_on_sphere, points_on_triangles
+from borecheck.robots.urdf.draft import (
     DraftLink,
     DraftShape,
-    Robot,
     number,
     numbers,
     placement,
 )
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.reading.extents import shape_extent
 from borecheck.validation.reading.mesh_reading import mesh_of
 
@@ -98,11 +99,11 @@ def surface_points(robot: Robot, shape: DraftShape) -> Array | None:
 def _local_points(robot: Robot, shape: DraftShape) -> Array | None:
     mesh = mesh_of(robot, shape)
     if mesh is not None:
-        return _on_triangles(mesh.corners * np.array(shape.scale))
+        return points_on_triangles(mesh.corners * np.array(shape.scale), POINTS)
     extent = None if shape.tag == "mesh" else shape_extent(robot, shape)
     if extent is None:
         return None
-    directions = _spread(POINTS)
+    directions = directions_on_sphere(POINTS)
     if shape.tag == "box":
         scaled = directions / np.abs(directions).max(axis=1, keepdims=True)
         return scaled * extent.high
@@ -111,31 +112,6 @@ def _local_points(robot: Robot, shape: DraftShape) -> Array | None:
     flat = np.hypot(directions[:, 0], directions[:, 1])
     scale = np.minimum(1.0 / np.maximum(flat, 1e-9), 1.0 / np.abs(directions[:, 2]))
     return directions * scale[:, None] * extent.high
-
-
-def _on_triangles(corners: Array) -> Array:
-    """Points spread over triangles by area, always the same ones."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    total = np.cumsum(area)
-    if not total[-1] > 0.0:
-        return a[:POINTS]
-    at = (np.arange(POINTS) + 0.5) / POINTS * total[-1]
-    pick = np.minimum(np.searchsorted(total, at), len(corners) - 1)
-    u = np.modf(np.arange(POINTS) * 0.7548776662466927)[0]
-    v = np.modf(np.arange(POINTS) * 0.5698402909980532)[0]
-    flip = u + v > 1.0
-    u, v = np.where(flip, 1.0 - u, u)[:, None], np.where(flip, 1.0 - v, v)[:, None]
-    return a[pick] + u * (b - a)[pick] + v * (c - a)[pick]
-
-
-def _spread(count: int) -> Array:
-    """Directions spread evenly over the sphere (golden spiral)."""
-    k = np.arange(count) + 0.5
-    z = 1.0 - 2.0 * k / count
-    angle = np.pi * (1.0 + 5.0**0.5) * k
-    r = np.sqrt(1.0 - z * z)
-    return np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
 
 
 def _outside(robot: Robot, shape: DraftShape, points: Array) -> Array:

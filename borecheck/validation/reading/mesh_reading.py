@@ -4,8 +4,9 @@ from pathlib import Path
 
 from borecheck.errors import MeshError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.robots.urdf.draft import DraftShape
 from borecheck.robots.urdf.package_paths import Resolution, resolve
-from borecheck.validation.reading.draft import DraftShape, Robot
+from borecheck.validation.reading.draft import Robot
 from borecheck.validation.reading.mesh_facts import MeshFacts, facts_of
 
 

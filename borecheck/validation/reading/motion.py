@@ -13,7 +13,8 @@ import numpy as np
 
 from borecheck.core.se3 import Array, axis_rotation
 from borecheck.robots.urdf import mimic as chains
-from borecheck.validation.reading.draft import DraftJoint, Robot, placement
+from borecheck.robots.urdf.draft import DraftJoint, placement
+from borecheck.validation.reading.draft import Robot
 
 TURNING = ("revolute", "continuous")
 # A joint without usable limits is moved within half a turn, or 0.1 m.

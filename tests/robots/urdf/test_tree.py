@@ -58,21 +58,21 @@ def test_records_hold_what_stands_in_the_file():
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('name="arm"', "", "'name' is missing"),
-        ('type="revolute"', 'type="hinge"', "'hinge' is none of"),
+        ('name="arm"', "", "name is missing"),
+        ('type="revolute"', 'type="hinge"', "'hinge' is not known"),
         ("<robot ", "<sdf ", "not well-formed"),
-        ('xyz="0 0 1"', 'xyz="0 1"', "holds 2, not 3"),
+        ('xyz="0 0 1"', 'xyz="0 1"', "holds 2 numbers, not 3"),
         ('xyz="0 0 1"', 'xyz="0 0 a"', "not a number"),
         ('xyz="0 0 1"', 'xyz="0 0 nan"', "not finite"),
         ('<axis xyz="0 0 2"/>', '<axis xyz="0 0 0"/>', "axis is 0 0 0"),
         ('<limit lower="-1" upper="2" effort="3"/>', "", "has no <limit>"),
         ('lower="-1"', 'lower="3"', "above upper"),
         ('<child link="tip"/>', '<child link="tp"/>', "does not exist"),
-        ('<child link="tip"/>', "", "has no <child>"),
+        ('<child link="tip"/>', "", "has no child link"),
         ('<child link="tip"/>', '<child link="base"/>', "circle|no parent"),
         ('name="tip"', 'name="base"', "are called"),
-        ("</robot>", '<link name="x"/></robot>', "2 links have no parent"),
-        ('<box size="1 2 3"/>', "", "holds 0 shapes"),
+        ("</robot>", '<link name="x"/></robot>', "'x' is not connected to 'base'"),
+        ('<box size="1 2 3"/>', "", "holds no shape"),
         ('<box size="1 2 3"/>', '<box size="1 2 -3"/>', "not positive"),
         ('<box size="1 2 3"/>', "<bochs/>", "no shape"),
         ('scale="1 1 2"', 'scale="1 0 2"', "flat"),
@@ -112,24 +112,78 @@ def test_a_circle_beside_the_tree_is_refused():
         parse(ARM.replace("</robot>", f"{links}{joints}</robot>"))
 
 
-def test_a_thousand_links_are_quick():
-    count = 3000
+def chain_of(count):
     links = "".join(f'<link name="l{i}"/>' for i in range(count))
     joints = "".join(
         f'<joint name="j{i}" type="fixed"><parent link="l{i}"/>'
         f'<child link="l{i + 1}"/></joint>'
         for i in range(count - 1)
     )
-    assert len(parse(f'<robot name="r">{links}{joints}</robot>').joints) == count - 1
+    return f'<robot name="r">{links}{joints}</robot>'
+
+
+def test_a_chain_of_a_thousand_joints_is_read():
+    assert len(parse(chain_of(1001)).joints) == 1000
+
+
+@pytest.mark.parametrize("count", [1002, 5000])
+def test_a_deeper_chain_is_refused_in_one_line(count):
+    with pytest.raises(UrdfError, match="more than 1000 are refused") as error:
+        parse(chain_of(count))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<joint name="j" type="fixed"><parent link="a"/><child link="b"/>{}</joint>',
+        "{}",
+        '<group><link name="c">{}</link></group>',
+        '<link name="c"><group>{}</group></link>'
+        '<joint name="k" type="fixed"><parent link="a"/><child link="c"/></joint>',
+    ],
+)
+@pytest.mark.parametrize("tag", ["collision", "Collision", "collison"])
+def test_a_collision_outside_a_link_is_refused(inside, tag):
+    lost = f'<{tag}><geometry><box size="1 1 1"/></geometry></{tag}>'
+    links = "".join(
+        f'<link name="{n}"><collision><geometry><box size="1 1 1"/></geometry>'
+        "</collision></link>"
+        for n in "ab"
+    )
+    joint = ""
+    if 'name="j"' not in inside:
+        joint = (
+            '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>'
+        )
+    text = f'<robot name="r">{links}{joint}{inside}</robot>'
+    parse(text.format(""))
+    with pytest.raises(UrdfError, match=r"collision"):
+        parse(text.format(lost))
+
+
+def test_a_collision_in_a_visual_is_refused():
+    lost = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+    drawn = '<visual><geometry><box size="1 1 1"/></geometry>{}</visual>'
+    text = f'<robot name="r"><link name="a">{drawn}</link></robot>'
+    parse(text.format(""))
+    with pytest.raises(UrdfError, match="belongs to no link"):
+        parse(text.format(lost))
+
+
+def test_a_collision_that_a_sensor_names_is_no_shape():
+    sensor = "<gazebo><sensor><contact><collision>a_shape</collision></contact>"
+    text = f'<robot name="r"><link name="a"/>{sensor}</sensor></gazebo></robot>'
+    assert len(parse(text).links) == 1
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ("<collision>", "<colision>", "collision"),
-        ("<collision>", "<shell>", "holds a <geometry>"),
-        ('rpy="0 0 1"', 'ryp="0 0 1"', "'ryp' is not read"),
-        ('rpy="0 0 1"', 'quat_xyzw="0 0 0 1"', "'quat_xyzw' is not read"),
+        ("<collision>", "<shell>", "<shell> is not known in <link>"),
+        ('rpy="0 0 1"', 'ryp="0 0 1"', "'ryp' is not known in <origin>"),
+        ('rpy="0 0 1"', 'quat_xyzw="0 0 0 1"', "is not read"),
         ("<origin", "<orign", "origin"),
         ('<axis xyz="0 0 1"/>', "<axis/>", "xyz"),
         ("<mimic ", "<mimik ", "mimic"),

@@ -55,9 +55,9 @@ class Expanded:
     warnings: tuple[str, ...]
 
 
-def is_xacro(path: Path, text: str = "") -> bool:
-    """Whether a file is to be expanded: by its name, or by the tags in it."""
-    return path.suffix == ".xacro" or "<xacro:" in text
+def is_xacro(path: Path) -> bool:
+    """Whether a file is to be expanded: its name says so, or nobody evaluates it."""
+    return path.suffix == ".xacro"
 
 
 def expand(

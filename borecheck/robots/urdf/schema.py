@@ -1,9 +1,15 @@
 """Which elements and attributes a URDF knows, and how many numbers each holds."""
 
-from typing import Any
-
-from borecheck.robots.urdf.source import tag_of
-from borecheck.robots.urdf.tree import JOINT_TAGS, LINK_TAGS
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+AXIS_TYPES = ("revolute", "continuous", "prismatic", "planar")
+LIMITED_TYPES = ("revolute", "prismatic")
+FREE_TYPES = ("floating", "planar")  # of several degrees of freedom
+SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
+LINK_TAGS = ("inertial", "visual", "collision")
+JOINT_TAGS = (
+    *("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+    *("calibration", "safety_controller"),
+)
 
 LIMITS = (
     *("lower", "upper", "effort", "velocity"),
@@ -16,7 +22,7 @@ SCHEMA: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "link": (("name", "type"), LINK_TAGS),
     "visual": (("name",), ("origin", "geometry", "material")),
     "collision": (("name",), ("origin", "geometry")),
-    "geometry": ((), ("box", "cylinder", "sphere", "capsule", "mesh")),
+    "geometry": ((), SHAPES),
     "box": (("size",), ()),
     "cylinder": (("radius", "length"), ()),
     "capsule": (("radius", "length"), ()),
@@ -43,7 +49,13 @@ SCHEMA: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     ),
 }
 
-# Extensions: what is in them is their own affair.
+# Simulators bring robots of their own in here.
+EXTENSIONS = (
+    *("gazebo", "sdf", "mujoco", "plugin", "sensor", "isaac_sim"),
+    *("transmission", "ros2_control"),
+)
+
+# Extensions and what else is known beside URDF: no spelling is looked for in them.
 FREE = (
     *("gazebo", "transmission", "ros2_control", "sensor", "plugin", "mujoco"),
     *("isaac_sim", "group", "disable_collisions", "self_collide", "verbose"),
@@ -51,6 +63,21 @@ FREE = (
     *("compliant", "hardwareInterface", "actuator", "motor", "rotor", "xacro"),
 )
 
+VERSIONS = ("1.0", "1.1", "1.2")
+
+# Of each element the children that may stand once, and those that must stand.
+SINGLE = {
+    "link": ("inertial",),
+    "joint": JOINT_TAGS,
+    "visual": ("origin", "geometry", "material"),
+    "collision": ("origin", "geometry"),
+    "inertial": ("origin", "mass", "inertia"),
+}
+REQUIRED = {
+    "visual": ("geometry",),
+    "collision": ("geometry",),
+    "inertial": ("mass", "inertia"),
+}
 REQUIRED_ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "box": ("size",),
     "cylinder": ("radius", "length"),
@@ -94,8 +121,3 @@ NUMERIC: dict[tuple[str, str], int] = {
         for attribute in attributes
     },
 }
-
-
-def required_attributes(element: Any) -> tuple[str, ...]:
-    """The attributes that an element must have."""
-    return REQUIRED_ATTRIBUTES.get(tag_of(element), ())

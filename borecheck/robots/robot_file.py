@@ -1,0 +1,76 @@
+"""From what a user calls a robot to URDF text: names told apart, files read."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from borecheck.errors import BorecheckError, UnknownNameError, UsageError
+from borecheck.robots.description import installed_names
+from borecheck.robots.urdf import source as urdf_source
+from borecheck.robots.urdf.reach import NO_ROOTS, Roots
+from borecheck.robots.urdf.xacro import expand, is_xacro
+
+ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml")
+_MESH_SUFFIXES = (".stl", ".obj", ".ply", ".dae")
+_ORDER = "the robot comes first, then the scene"
+
+
+def exists(path: Path) -> bool:
+    """Whether there is such a file; also of a name that no file can have."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def robot_path(name: str) -> Path:
+    """The file that a robot's name means, if it is not an installed robot.
+
+    Raises:
+        UsageError: It is a scanner or a mesh: robot and scene were swapped.
+        UnknownNameError: A bare word that names no robot.
+    """
+    path = Path(name)
+    if name in installed_names("scanners") and not exists(path):
+        raise UsageError(f"{name} is a scanner, not a robot: {_ORDER}")
+    if path.suffix.lower() in _MESH_SUFFIXES:
+        raise UsageError(f"{name} is a mesh, not a robot: {_ORDER}")
+    is_file = exists(path) or bool(path.suffix) or path.name != name
+    if not is_file:
+        raise unknown_robot(name)
+    return path
+
+
+def unknown_robot(name: str) -> BorecheckError:
+    """The error about a word that is no robot."""
+    return UnknownNameError("robot", name, installed_names("robots"))
+
+
+def refuse_robot(name: str) -> None:
+    """Nothing, unless a scene's name is that of an installed robot.
+
+    Raises:
+        UsageError: Robot and scene were swapped.
+    """
+    if name in installed_names("robots") and not exists(Path(name)):
+        raise UsageError(f"{name} is a robot, not a scene: {_ORDER}")
+
+
+def read_urdf(
+    path: Path, arguments: Mapping[str, str], roots: Roots = NO_ROOTS
+) -> tuple[str, tuple[str, ...]]:
+    """URDF text of a file, xacro expanded, and what was odd about it.
+
+    Raises:
+        UrdfError: The file cannot be read or expanded.
+        UsageError: Arguments for a file that takes none.
+    """
+    raw = urdf_source.read_bytes(path)
+    if not is_xacro(path):
+        if arguments:
+            raise UsageError(f"{path} is no xacro file, so it takes no arguments")
+        source = urdf_source.read(raw, str(path))
+        odd = (f"{path}:{defect.line}: {defect.message}" for defect in source.defects)
+        return source.text, tuple(odd)
+    expanded = expand(path, arguments, roots)
+    unused = tuple(f"argument {name} is not used by {path}" for name in expanded.unused)
+    return expanded.text, unused
