@@ -58,7 +58,10 @@ def evaluate(text: str, names: Names, budget: Budget) -> Any:
 def _parsed(text: str) -> ast.expr:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # "invalid escape sequence": not our text
-        return ast.parse(text, "<expression>", "eval").body
+        try:
+            return ast.parse(text, "<expression>", "eval").body
+        except (MemoryError, RecursionError):
+            raise ExpressionError("the expression nests too deeply") from None
 
 
 _known = lru_cache(maxsize=512)(_parsed)  # a macro's expressions come again and again

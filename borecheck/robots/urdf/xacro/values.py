@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-MAX_STEPS = 1_000_000  # of one expansion, about a second; large robots take 100,000
-MAX_SIZE = 2_000_000  # letters and entries in a value, those within it counted
+MAX_STEPS = 300_000  # of one expansion, half a second; the PR2 takes 3,000
+MAX_SIZE = 250_000  # letters and entries in a value, those within it counted
 MAX_BITS = 8_000  # of a whole number; 2,400 digits
 MAX_DEPTH = 50  # of lists in lists
 MAX_KEY = 2**61 - 1  # from here on whole numbers share their hashes

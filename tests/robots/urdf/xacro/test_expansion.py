@@ -150,11 +150,11 @@ def test_memory_bombs_end(main):
     before = resource.getrlimit(resource.RLIMIT_AS)
     for bomb in ("([0] * 10**10)[0]", "len('x' * 10**11)"):
         main.write_text(MAIN.replace("2 * 0.1", bomb))
-        with pytest.raises(UrdfError, match=r"line 7: xacro: .*is larger than 2000000"):
+        with pytest.raises(UrdfError, match=r"line 7: xacro: .*is larger than 250000"):
             expand(main)
         assert resource.getrlimit(resource.RLIMIT_AS) == before
-    main.write_text(MAIN.replace("2 * 0.1", "len([0] * 10**6)"))
-    assert "1000000" in expand(main).text
+    main.write_text(MAIN.replace("2 * 0.1", "len([0] * 10**5)"))
+    assert "100000" in expand(main).text
 
 
 def test_time_bombs_end(main, monkeypatch):
