@@ -108,6 +108,9 @@ ESCAPES = (
     "python['type']",
 )
 
+WARM_UP = ("math.sin(x)", "xacro.error(1)", "xacro.load_yaml('/x')", "(", "x.y")
+WARM_UP += ("xacro.load_yaml('own.yaml')", "xacro.load_yaml('bomb.yaml')", "2**9**9")
+
 NAMES = (
     *("x", "text", "xs", "own", "math.pi", "pi", "True", "None", "_", "_x", "__x"),
     *("python.len", "math.sin", "xacro.dotify", "str", "int", "list", "dict", "map"),
@@ -275,7 +278,7 @@ def run(count: int, seed: int, folder: Path) -> Tally:
     """
     rng = random.Random(seed)
     bench, tally = Bench(folder), Tally()
-    for warm in (*ESCAPES, "math.sin(x)", "xacro.error(1)"):
+    for warm in WARM_UP:
         outcome_of(bench, warm)  # what is imported on demand is imported now
     for number in range(count):
         text = ESCAPES[number] if number < len(ESCAPES) else expression(rng)

@@ -139,5 +139,5 @@ def peak_bytes() -> int:
 
 def python_folders() -> tuple[str, ...]:
     """Where Python and its packages lie."""
-    found = {sys.prefix, sys.base_prefix, str(Path(os.__file__).parent)}
-    return tuple(os.path.realpath(folder) for folder in found)
+    found = {sys.prefix, sys.base_prefix, str(Path(os.__file__).parent), *sys.path}
+    return tuple(os.path.realpath(folder) for folder in found if folder)

@@ -143,6 +143,8 @@ class Session:
             self.robot.name,
             level=self.robot.level,
             base=self.robot.T_scene_base,
+            package_paths=self.robot.roots.folders,
+            allow_outside=self.robot.roots.allow_outside,
             **arguments,
         )
         return replace(self, robot=robot)

@@ -172,8 +172,9 @@ def _choose(reference: str, candidates: Sequence[Path], reach: Reach) -> Resolut
         problem = reach.refusal(refused)
         return Resolution(reference, None, tuple(tried), problem, is_refused=True)
     within = [path for path in tried if path not in beyond]
+    problem = _problem(within) if tried else "the reference names no file"
     miss = _near_miss(within, reach)
-    return Resolution(reference, None, tuple(tried), _problem(within), miss)
+    return Resolution(reference, None, tuple(tried), problem, miss)
 
 
 def _is_refused(reference: str, path: Path) -> bool:
@@ -190,8 +191,6 @@ def _normal(path: Path) -> Path:
 
 
 def _problem(tried: list[Path]) -> str:
-    if not tried:
-        return "the reference names no file"
     for path in tried:
         if _is(path, Path.is_dir):
             return f"{path} is a directory"

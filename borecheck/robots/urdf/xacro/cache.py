@@ -17,10 +17,11 @@ _KIND = "expanded-1"
 
 
 def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
-    """URDF text of a xacro file that includes by relative path.
+    """URDF text of an installed description's xacro file, which may read any file.
 
     A tenth of a second is saved where nothing changed; every file that was read is
-    hashed again to know that.
+    hashed again to know that. A stranger's file is expanded each time: what it may
+    read depends on where it lies and on what the user allows.
 
     Args:
         path: The main file.
@@ -35,9 +36,10 @@ def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
     if stored is not None:
         return stored
     expanded = expand(path, arguments, ANYWHERE)
+    sources = (*expanded.files, *expanded.data_files)
     document = {
         "text": expanded.text,
-        "files": {str(source): _hash(source) for source in expanded.files},
+        "files": {str(source): _hash(source) for source in sources},
     }
     _write(file, json.dumps(document))
     return expanded.text

@@ -1,5 +1,6 @@
 """A xacro file as a DOM whose elements carry file and line; and back to text."""
 
+from collections.abc import Callable
 from typing import Any
 
 from borecheck.errors import UrdfError
@@ -7,6 +8,7 @@ from borecheck.robots.urdf.xacro.run import MARK, Run
 
 MAX_NODES = 60_000  # read by one expansion; the PR2 has 6,000
 MAX_ATTRIBUTES = 100_000  # PR2: 3,000
+MAX_COPIES = 40_000  # of nodes, for each use of a macro or block; PR2: 8,000
 
 
 def parse_document(data: bytes, run: Run) -> Any:
@@ -46,7 +48,20 @@ def parse_document(data: bytes, run: Run) -> Any:
             line = f"line {self.getParser().CurrentLineNumber}"
             raise UrdfError(path, "xacro: a document type (DOCTYPE) is refused", line)
 
-    return Builder().parseString(data)
+    document = Builder().parseString(data)
+    for name in ("createElementNS", "createTextNode", "createComment"):
+        setattr(document, name, _counting(getattr(document, name), run))
+    return document
+
+
+def _counting(create: Callable[..., Any], run: Run) -> Callable[..., Any]:
+    """What makes a node of a copy (of a macro, of a block), counted."""
+
+    def counted(*given: Any) -> Any:
+        run.count("copied nodes", MAX_COPIES)
+        return create(*given)
+
+    return counted
 
 
 def unmark(node: Any) -> None:

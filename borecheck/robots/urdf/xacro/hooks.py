@@ -21,6 +21,7 @@ from borecheck.robots.urdf.xacro.environment import environment_names
 from borecheck.robots.urdf.xacro.expression import evaluate
 from borecheck.robots.urdf.xacro.includes import included_files
 from borecheck.robots.urdf.xacro.run import (
+    MAX_DEFINITIONS,
     MAX_ELEMENTS,
     MAX_MACRO_CALLS,
     Run,
@@ -74,9 +75,12 @@ def _package_changes(xacro: ModuleType, run: Run) -> Iterator[Change]:
     yield xacro, "get_include_files", included_files(run, eval_text)
     yield xacro, "is_valid_name", _is_name
     yield xacro, "re_macro_arg", _MACRO_ARGUMENT
-    for name in ("check_attrs", "grab_property", "process_include"):
+    # One node for all documents: an expansion that ends halfway would leave it astray.
+    yield xacro, "_empty_text_node", xacro._empty_text_node.cloneNode(False)
+    for name in ("check_attrs", "process_include"):
         yield xacro, name, _entering(run, getattr(xacro, name))
-    yield xacro, "grab_macro", _entering(run, _bounded(run, xacro.grab_macro))
+    for name in ("grab_property", "grab_macro"):
+        yield xacro, name, _entering(run, _defining(run, getattr(xacro, name)))
     yield xacro, "handle_macro_call", _calling(run, xacro.handle_macro_call)
     yield xacro, "eval_all", _visiting(run, xacro.eval_all)
 
@@ -242,15 +246,16 @@ def _is_name(name: str) -> bool:
     return name.isidentifier() and not iskeyword(name)
 
 
-def _bounded(run: Run, original: Callable[..., Any]) -> Callable[..., Any]:
-    """The definition of a macro, its parameters of a length that can be taken apart."""
+def _defining(run: Run, original: Callable[..., Any]) -> Callable[..., Any]:
+    """A property or macro defined; xacro looks through all that is beside it."""
 
-    def grab_macro(node: Any, macros: Any) -> Any:
+    def define(node: Any, table: Any) -> Any:
+        run.count("definitions", MAX_DEFINITIONS)
         if len(node.getAttribute("params")) > MAX_PARAMETERS:
             raise run.error(f"parameters of more than {MAX_PARAMETERS} letters")
-        return original(node, macros)
+        return original(node, table)
 
-    return grab_macro
+    return define
 
 
 def _entering(run: Run, original: Callable[..., Any]) -> Callable[..., Any]:
