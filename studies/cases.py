@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 CASES = Path(__file__).resolve().parents[1] / "tests" / "data" / "cases"
-TIMEOUT_S = 300.0
+TIMEOUT_S = 900.0
 
 
 @dataclass(frozen=True)

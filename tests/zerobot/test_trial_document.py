@@ -105,3 +105,13 @@ def test_text_and_page_show_it(study: Study) -> None:
     assert "`" not in shown.partition("<body")[2]
     for word in ("Goal point P3", "Miss probability at 15 mm", "out of reach"):
         assert word in html
+
+
+def test_trials_fit_their_schema(study: Study) -> None:
+    import jsonschema
+
+    from tests.places import PROJECT
+
+    file = PROJECT / "zerobot" / "trials" / "trials.schema.json"
+    written = {"schema_version": "1", **json.loads(json.dumps(document(study)))}
+    jsonschema.validate(written, json.loads(file.read_text()))
