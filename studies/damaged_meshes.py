@@ -54,7 +54,12 @@ def main() -> int:
     parser.add_argument("--each", type=int, default=2000, help="files of each kind")
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
-    rng = np.random.default_rng(given.seed)
+    return 1 if count_wrong(given.each, given.seed) else 0
+
+
+def count_wrong(each: int, seed: int) -> int:
+    """Print the table, and how often something else than read or refused came."""
+    rng = np.random.default_rng(seed)
     print(f"{'kind':28} {'read':>6} {'refused':>8} {'else':>5} {'slowest':>8}")
     wrong = 0
     with TemporaryDirectory() as folder:
@@ -62,12 +67,11 @@ def main() -> int:
             files = [path for path in GOOD if path.suffix == suffix]
             for kind, damage in (("bytes", _bytes), ("pieces", _pieces)):
                 cases = (
-                    damage(files[k % len(files)].read_bytes(), rng)
-                    for k in range(given.each)
+                    damage(files[k % len(files)].read_bytes(), rng) for k in range(each)
                 )
                 target = Path(folder) / f"damaged{suffix}"
                 wrong += _row(f"{suffix[1:]} {kind}", cases, target)
-    return 1 if wrong + _renamed(given.each, rng) else 0
+    return wrong + _renamed(each, rng)
 
 
 def _row(kind: str, cases: Iterator[bytes], target: Path) -> int:

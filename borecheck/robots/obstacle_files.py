@@ -225,6 +225,7 @@ def _urdf_obstacles(
     model = RobotModel(text, str(path))
     q = model.check_limits(np.clip(0.0, model.lower, model.upper))
     placements = model.placements(q)
+    parts = collision_parts(model.tree, path, roots)
     obstacles = tuple(
         Obstacle(
             part.mesh.name,
@@ -232,13 +233,15 @@ def _urdf_obstacles(
             place_mesh(T_scene_root @ placements[part.link], part.mesh),
             str(path),
         )
-        for part in collision_parts(model.tree, path, roots)
+        for part in parts
     )
     if not obstacles:
         raise UrdfError(path, "no link has collision geometry: no obstacle")
     if len(q):
         at = ", ".join(f"{n}={v:g}" for n, v in zip(model.joint_names, q, strict=True))
         warnings = (*warnings, f"{path}: an obstacle that stands at {at}")
+    remarks = dict.fromkeys(remark for part in parts for remark in part.remarks)
+    warnings = (*warnings, *(f"{path}: {remark}" for remark in remarks))
     bare = links_without_collision(model.tree)
     named = tuple(f"{link} of {path}: {AS_DRAWN}" for link in bare)
     return FileObstacles(obstacles, warnings, named)

@@ -52,7 +52,10 @@ def workspace(robot: Robot) -> tuple[Ball, ...]:
     about that; one that slides moves it along by its limits at most.
     """
     frames = _frames(robot)
-    return tuple(_ball(frames[part.link], part.mesh.vertices) for part in robot.parts)
+    with np.errstate(over="ignore"):  # a box of 1e308 m reaches everywhere
+        return tuple(
+            _ball(frames[part.link], part.mesh.vertices) for part in robot.parts
+        )
 
 
 def _frames(robot: Robot) -> dict[str, _Frame]:

@@ -271,3 +271,22 @@ def test_a_unit_that_the_file_states_otherwise_is_refused(tmp_path):
 def test_a_urdf_has_its_own_frame():
     with pytest.raises(UsageError, match="leave out :y-up"):
         bc.load_scene(f"{ROBOT}:y-up")
+
+
+def test_a_mesh_of_a_urdf_is_taken_as_it_stands_and_told(tmp_path):
+    """The custom of ROS, for a robot and for an obstacle."""
+    (tmp_path / "post.dae").write_bytes(POST.read_bytes())
+    geometry = '<geometry><mesh filename="post.dae"/></geometry>'
+    path = tmp_path / "stand.urdf"
+    path.write_text(
+        f'<robot name="stand"><link name="post"><collision>{geometry}</collision>'
+        "</link></robot>"
+    )
+    scene = bc.load_scene(str(path))
+    assert any("Y_UP, which is not applied" in warning for warning in scene.warnings)
+    assert scene.doubt is None
+    found = scene.obstacles[0].mesh.corners
+    np.testing.assert_array_equal(found, read_mesh_file(POST).mesh.corners)
+    said = " ".join(map(str, bc.load_robot(path).not_modelled))
+    said += " ".join(bc.load_robot(path).warnings)
+    assert "Y_UP" in said

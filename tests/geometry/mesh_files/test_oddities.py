@@ -9,6 +9,7 @@ import borecheck as bc
 from borecheck.errors import MeshError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import read_mesh, read_mesh_file, write_stl
+from studies.damaged_meshes import count_wrong
 from tests.places import DATA
 
 ODD = DATA / "cases" / "stl_oddities"
@@ -139,3 +140,8 @@ def test_many_faces_that_bend_inwards_end(tmp_path):
         read_mesh(path)
     path.write_text("\n".join([*lines, face, ""]))
     assert len(read_mesh(path).triangles) == 254
+
+
+def test_a_seeded_part_of_the_study_of_damaged_files(capsys):
+    """python -m studies.damaged_meshes makes 2,000 of each kind."""
+    assert count_wrong(each=60, seed=2) == 0, capsys.readouterr().out
