@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.kept import limit, trim
 from borecheck.core.private_folder import make_private, not_private
 
 _log = logging.getLogger(__name__)
@@ -107,8 +108,16 @@ def store(kind: str, key: str, arrays: Arrays) -> None:
     try:
         make_private(file.parent)
         _write_whole(file, arrays)
+        _trim_once(file.parent)
     except OSError as error:
         _log.warning("%s: result not cached (%s)", file, error)
+
+
+@cache
+def _trim_once(folder: Path) -> None:
+    """Keeps a folder below its limit; once in a process, for looking costs time."""
+    for entry in trim(folder, limit()):
+        _log.info("%s: taken away, the cache is full", entry.path)
 
 
 def _write_whole(file: Path, arrays: Arrays) -> None:

@@ -100,3 +100,20 @@ def _parse(text: str, kind: str, units: dict[str, float], bare: str) -> float:
     if not math.isfinite(value):
         raise UsageError(f"{text!r} is too large for a {kind}")
     return value
+
+
+_SIZES = {"kB": 10**3, "MB": 10**6, "GB": 10**9}
+
+
+def parse_size(text: str) -> int:
+    """A size on disk, such as `500MB` or `2 GB`, [bytes].
+
+    Raises:
+        UsageError: No number with one of these units.
+    """
+    stripped = text.strip()
+    for unit, factor in _SIZES.items():
+        number = stripped.removesuffix(unit).strip()
+        if stripped.endswith(unit) and number.isdecimal() and number.isascii():
+            return int(number) * factor
+    raise UsageError(f"{text!r} is no size; write {', '.join(_SIZES)} behind a number")
