@@ -7,12 +7,12 @@ no obstacle's unit was guessed. What the numbers leave open is `unknown`.
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.contact import clearance, containment
+from borecheck.contact import clearance, containment, round_shapes
 from borecheck.contact.decision import Answer, Findings, decide
 from borecheck.contact.margin import NO_MARGIN, SECURITY, Margin, enlarged, margin_for
 from borecheck.contact.verdict import (
@@ -126,6 +126,21 @@ def check_with(
     """As `check`, with settings made before."""
     start = time.perf_counter()
     q = robot.model.check_limits(q)
+    verdict = _examined(robot, scene, q, chosen, corridor)
+    if verdict.contact and (shapes := round_shapes.within(robot, scene)) is not None:
+        inside = _examined(*shapes, q, chosen, corridor)
+        verdict = round_shapes.between(verdict, inside, robot, scene)
+    return replace(verdict, seconds=time.perf_counter() - start)
+
+
+def _examined(
+    robot: Robot,
+    scene: Scene,
+    q: Array,
+    chosen: Settings,
+    corridor: Corridor | None,
+) -> Verdict:
+    """The verdict for surfaces as they are, round shapes or not."""
     placements = robot.placements(q)
     findings = Findings([], [], [])
     _examine_obstacles(robot, scene, placements, chosen, corridor, findings)
@@ -165,7 +180,7 @@ def check_with(
         not_modelled=(*robot.not_modelled, *scene.not_modelled),
         pairs_examined=findings.examined,
         pairs_pruned=findings.total - findings.examined,
-        seconds=time.perf_counter() - start,
+        seconds=0.0,
         q=tuple(float(value) for value in q),
         link_clearance=links,
     )

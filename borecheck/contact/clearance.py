@@ -46,7 +46,7 @@ def to_obstacles(
             obstacle=obstacle.name,
             role=obstacle.role,
             distance=found.lower,
-            upper=found.upper,
+            upper=found.upper + part.mesh.excess + obstacle.mesh.excess,
             points=(_point(found.point_self), _point(found.point_other)),
             triangles=(int(found.triangle_self), int(found.triangle_other)),
         )

@@ -101,7 +101,8 @@ class Closest:
         obstacle: Obstacle, or the other part when it is a self distance.
         role: The obstacle's role, or "self".
         distance: Lower bound of the distance, [m].
-        upper: Upper bound, [m]: the distance of `points`.
+        upper: Upper bound, [m]: the distance of `points`, and for round shapes how far
+            the polyhedra round them lie outside them.
         points: The point on the link and on the obstacle, scanner's frame, [m].
         triangles: The triangle of each.
     """

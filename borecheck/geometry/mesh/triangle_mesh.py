@@ -18,11 +18,14 @@ class TriangleMesh:
         name: What the user calls it (a link, a file).
         vertices: Points, (n, 3), float64, [m].
         triangles: Vertex indices, (m, 3), int64, outward by the right-hand rule.
+        inner_vertices: Of a polyhedron round a round shape: the same vertices, (n, 3),
+            of one within it, [m]; the shape is between the two. Else None.
     """
 
     name: str
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int64]
+    inner_vertices: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64, order="C")
@@ -32,6 +35,11 @@ class TriangleMesh:
         triangles.setflags(write=False)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", triangles)
+        if self.inner_vertices is not None:
+            inner = np.array(self.inner_vertices, dtype=np.float64, order="C")
+            _check_arrays(self.name, inner, triangles)
+            inner.setflags(write=False)
+            object.__setattr__(self, "inner_vertices", inner)
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
@@ -76,10 +84,34 @@ class TriangleMesh:
         keys, counts = np.unique(key, return_counts=True)
         return bool((counts == 1).all() and np.array_equal(keys, np.unique(back)))
 
+    @cached_property
+    def inner(self) -> "TriangleMesh":
+        """The polyhedron within a round shape; of any other the mesh itself."""
+        if self.inner_vertices is None:
+            return self
+        return TriangleMesh(self.name, self.inner_vertices, self.triangles)
+
+    @cached_property
+    def excess(self) -> float:
+        """How far a round shape's surface lies at most outside the true one, [m].
+
+        Points of the two polyhedra that correspond are no farther apart than vertices.
+        """
+        if self.inner_vertices is None:
+            return 0.0
+        apart = self.vertices - self.inner_vertices
+        return float(np.linalg.norm(apart, axis=1).max())
+
     def moved(self, T_new_old: NDArray[np.float64]) -> "TriangleMesh":
         """The same mesh with its vertices expressed in another frame."""
-        vertices = self.vertices @ T_new_old[:3, :3].T + T_new_old[:3, 3]
-        return TriangleMesh(self.name, vertices, self.triangles)
+        R, shift = T_new_old[:3, :3], T_new_old[:3, 3]
+        inner = self.inner_vertices
+        return TriangleMesh(
+            self.name,
+            self.vertices @ R.T + shift,
+            self.triangles,
+            None if inner is None else inner @ R.T + shift,
+        )
 
 
 def _check_arrays(

@@ -54,7 +54,13 @@ def place_vertices(
 def place_mesh(T_world_mesh: NDArray[np.float64], mesh: TriangleMesh) -> TriangleMesh:
     """The mesh with its vertices in the world, as every checker sees them."""
     T = np.ascontiguousarray(T_world_mesh, dtype=np.float64)
-    return TriangleMesh(mesh.name, place_vertices(T, mesh.vertices), mesh.triangles)
+    inner = mesh.inner_vertices
+    return TriangleMesh(
+        mesh.name,
+        place_vertices(T, mesh.vertices),
+        mesh.triangles,
+        None if inner is None else place_vertices(T, inner),
+    )
 
 
 def placed_bounds(
