@@ -1,6 +1,6 @@
 """Who must not touch whom, along which waypoints: the records of a motion."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -176,6 +176,26 @@ class PathProblem:
             patient = self.obstacles[passage.obstacle]
             if not np.array_equal(patient.T_frame_mesh, np.eye(4)):
                 raise GeometryError(f"{patient.name}: its mesh must be in the world")
+
+    @cached_property
+    def within(self) -> "PathProblem | None":
+        """The same with polyhedra within the round shapes; None: there are none."""
+        bodies = (*self.parts, *self.obstacles)
+        if all(body.mesh.inner is body.mesh for body in bodies):
+            return None
+        parts, obstacles = (
+            tuple(replace(body, mesh=body.mesh.inner) for body in all_of)
+            for all_of in (self.parts, self.obstacles)
+        )
+        return replace(self, parts=parts, obstacles=obstacles)
+
+    @cached_property
+    def excess(self) -> dict[str, float]:
+        """How far bodies of a name may be larger than their shapes, [m]."""
+        found: dict[str, float] = {}
+        for body in (*self.parts, *self.obstacles):
+            found[body.name] = max(body.mesh.excess, found.get(body.name, 0.0))
+        return found
 
     @cached_property
     def pairs(self) -> tuple["Pair", ...]:

@@ -26,6 +26,7 @@ from borecheck.motion.outcome import (
 )
 from borecheck.motion.passage_search import examine_passage
 from borecheck.motion.problem import Body, Motion, Pair, PathProblem, path_motion
+from borecheck.motion.round_shapes import between
 
 Array = NDArray[np.float64]
 
@@ -74,7 +75,14 @@ def search(
             problem.chain, needle, patient, passage.corridor, motion, timeline
         )
     verdict = path_verdict(timeline, len(problem.pairs) + len(problem.passages))
-    return verdict if problem.doubt is None else in_doubt(verdict, problem.doubt)
+    if problem.doubt is not None:
+        verdict = in_doubt(verdict, problem.doubt)
+    if verdict.contact and (shapes := problem.within) is not None:
+        inside = search(
+            shapes, waypoints, resolution=resolution, piece_limit=piece_limit
+        )
+        verdict = between(verdict, inside, problem.excess)
+    return verdict
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from tests.places import ROBOTS
 
 # The arm of two_link.urdf at q = 0: a cylinder of radius 50 mm (circumscribed: 50.06)
 # about z, from 0.3 to 1.1 m.
-ARM_RADIUS = 0.05 / np.cos(np.pi / 64)
+ARM_RADIUS = 0.05 / np.cos(np.pi / 72)
 # distances of some 1 m in float64
 ROUNDING = 1e-12
 
@@ -43,7 +43,7 @@ def test_clear_says_how_far_and_where(arm):
     assert (verdict.closest.link, verdict.closest.obstacle) == ("arm", "block")
     first, second = map(np.array, verdict.closest.points)
     assert np.linalg.norm(first - second) == pytest.approx(verdict.clearance_m)
-    assert verdict.pairs_examined + verdict.pairs_pruned == 12 * (256 + 12)
+    assert verdict.pairs_examined + verdict.pairs_pruned == 12 * (4 * 72 + 12)
 
 
 @pytest.mark.parametrize("pruning", ["none", "coal", "bvh"])
@@ -129,7 +129,9 @@ def test_offset_margin_is_decided_by_the_true_distance(arm):
     room = 0.1 - ARM_RADIUS
     scene = scene_of(block(0.1))
     assert bc.check(arm, scene, [0.0], margin=room - 1e-9).verdict == "clear"
-    near = bc.check(arm, scene, [0.0], margin=room + 1e-9)
+    between = bc.check(arm, scene, [0.0], margin=room + 1e-9)
+    assert between.verdict == "unknown"  # the true arm may be farther, and is
+    near = bc.check(arm, scene, [0.0], margin=0.1 - 0.05 + 1e-9)
     assert near.verdict == "contact"
     assert near.qualifiers == ("within_margin",)
 

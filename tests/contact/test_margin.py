@@ -21,7 +21,7 @@ from borecheck.geometry.surfaces import CHECKERS
 from borecheck.robots.scene import Obstacle, Scene
 from tests.places import ROBOTS
 
-ARM_RADIUS = 0.05 / np.cos(np.pi / 64)  # two_link.urdf, circumscribed
+ARM_RADIUS = 0.05 / np.cos(np.pi / 72)  # two_link.urdf, circumscribed
 
 
 @pytest.fixture(scope="module")

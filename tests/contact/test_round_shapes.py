@@ -1,0 +1,209 @@
+"""Spheres, capsules and cylinders against what is known of them in closed form."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import borecheck as bc
+from borecheck.geometry.mesh.primitives import TOLERANCE, box
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.motion.check import write_path_certificate
+from borecheck.robots.scene import Obstacle, Scene
+from borecheck.verify.check import verify
+
+LENGTH = 0.12
+SHAPES = {
+    "sphere": '<sphere radius="{r}"/>',
+    "capsule": '<capsule radius="{r}" length="0.12"/>',
+    "cylinder": '<cylinder radius="{r}" length="0.12"/>',
+}
+SLIDE = (
+    '<joint name="x" type="prismatic"><parent link="base"/><child link="round"/>'
+    '<origin rpy="{} {} {}"/><axis xyz="{} {} {}"/>'
+    '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+)
+
+
+def robot_of(tmp_path, kind, r, turn):
+    """One round link, turned, that slides along the world's x."""
+    rpy = turn.as_euler("xyz")
+    axis = turn.inv().apply([1.0, 0.0, 0.0])
+    shape = SHAPES[kind].format(r=r)
+    link = (
+        f'<link name="round"><collision><geometry>{shape}</geometry></collision></link>'
+    )
+    joint = SLIDE.format(*rpy, *axis)
+    file = tmp_path / f"{kind}.urdf"
+    file.write_text(f'<robot name="r"><link name="base"/>{link}{joint}</robot>')
+    return bc.load_robot(file)
+
+
+def reach(kind, r, turn):
+    """How far the shape reaches along x from its middle."""
+    along = abs(turn.apply([0.0, 0.0, 1.0])[0])
+    half = LENGTH / 2
+    return {
+        "sphere": r,
+        "capsule": along * half + r,
+        "cylinder": along * half + r * np.sqrt(max(0.0, 1.0 - along**2)),
+    }[kind]
+
+
+def wall_at(x, name="wall"):
+    wall = box(name, (0.2, 2.0, 2.0))
+    mesh = TriangleMesh(name, wall.vertices + [x + 0.1, 0.0, 0.0], wall.triangles)
+    obstacle = Obstacle(name, "other", mesh, "")
+    return Scene("s", None, {}, "test", (obstacle,), {}, (), ())
+
+
+def right(verdict, gap, band):
+    """Whether a verdict is right of a gap; within the band it may be unknown."""
+    if verdict == "unknown":
+        return abs(gap) <= band
+    return verdict == ("clear" if gap > 0.0 else "contact")
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+@pytest.mark.parametrize("r", [0.003, 0.05, 0.4])
+def test_against_a_wall_at_any_turn(tmp_path, rng, kind, r):
+    for turn in [Rotation.identity(), Rotation.random(rng=rng)]:
+        robot = robot_of(tmp_path, kind, r, turn)
+        (part,) = robot.parts
+        band = part.mesh.excess
+        assert band <= max(TOLERANCE, 4e-4 * r)
+        scene = wall_at(reach(kind, r, turn))
+        gaps = band * np.array([-1.01, *rng.uniform(-1, 1, 2), 1.01])
+        verdicts = [bc.check(robot, scene, [-gap]) for gap in gaps]
+        assert all(
+            right(v.verdict, g, band) for v, g in zip(verdicts, gaps, strict=True)
+        )
+        batch = bc.first_contacts(robot, scene, -gaps[:, None])
+        assert batch.tolist() == [not v.clear for v in verdicts]
+        for verdict, gap in zip(verdicts, gaps, strict=True):
+            if gap > 0.0:
+                assert (
+                    verdict.clearance_m <= gap + 1e-12 <= verdict.closest.upper + 2e-12
+                )
+                assert verdict.clearance_m >= gap - band - 1e-12
+        for gap in gaps[1::2]:
+            motion = bc.check_path(robot, scene, [[-0.2], [-gap]])
+            assert right(motion.verdict, gap, band)
+
+
+@pytest.mark.parametrize("checker", ["two-sided", "coal"])
+def test_other_checkers_say_contact_by_the_inner_polyhedron_too(tmp_path, checker):
+    robot = robot_of(tmp_path, "sphere", 0.05, Rotation.identity())
+    band = robot.parts[0].mesh.excess
+    for share in (-1.1, -0.5, 0.5, 0.9, 1.1):
+        verdict = bc.check(robot, wall_at(0.05), [-share * band], checker=checker)
+        assert right(verdict.verdict, share * band, band)
+
+
+@pytest.mark.parametrize("kind", ["offset", "enlarge-axes"])
+def test_a_margin_is_decided_outside_the_band_alone(tmp_path, kind):
+    robot = robot_of(tmp_path, "sphere", 0.05, Rotation.identity())
+    band = robot.parts[0].mesh.excess
+    for gap in band * np.array([-1.1, -0.5, 0.5, 1.1]):
+        verdict = bc.check(
+            robot, wall_at(0.06 + gap), [0.0], margin=0.01, margin_kind=kind
+        )
+        assert right(verdict.verdict, gap, band)
+
+
+def test_two_spheres_and_a_box_corner(tmp_path, rng):
+    """Self contact, and the corner of an obstacle from any side."""
+    links = "".join(
+        f'<link name="{name}"><collision><geometry><sphere radius="0.03"/>'
+        "</geometry></collision></link>"
+        for name in "ab"
+    )
+    joints = "".join(
+        f'<joint name="{name}{k}" type="prismatic"><parent link="{p}"/>'
+        f'<child link="{c}"/><axis xyz="{a}"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        for name in "ab"
+        for k, (p, c, a) in enumerate(
+            [
+                ("base", f"{name}1", "1 0 0"),
+                (f"{name}1", f"{name}2", "0 1 0"),
+                (f"{name}2", name, "0 0 1"),
+            ]
+        )
+    )
+    between = "".join(f'<link name="{n}{k}"/>' for n in "ab" for k in (1, 2))
+    stand = '<collision><origin xyz="0 0 -0.9"/><geometry><box size="0.1 0.1 0.1"/>'
+    base = f'<link name="base">{stand}</geometry></collision></link>'
+    file = tmp_path / "two.urdf"
+    file.write_text(f'<robot name="r">{base}{links}{between}{joints}</robot>')
+    robot = bc.load_robot(file)
+    corner = box("block", (0.2, 0.2, 0.2))
+    block = TriangleMesh("block", corner.vertices - 0.6, corner.triangles)
+    far = Obstacle("block", "other", block, "")
+    scene = Scene("s", None, {}, "test", (far,), {}, (), ())
+    band = robot.parts[1].mesh.excess
+    for share in (-2.2, -1.0, 0.5, 1.9, 2.2):
+        direction = rng.normal(size=3)
+        direction /= np.linalg.norm(direction)
+        second = (0.06 + share * band) * direction
+        verdict = bc.check(robot, scene, [0.0, 0.0, 0.0, *second])
+        assert right(verdict.verdict, share * band, 2 * band)
+        out = np.abs(direction)  # from the block's corner at -0.5
+        first = -0.5 + (0.03 + 0.5 * share * band) * out
+        verdict = bc.check(robot, scene, [*first, 0.5, 0.5, 0.5])
+        assert right(verdict.verdict, 0.5 * share * band, band)
+
+
+def test_unknown_says_how_well_the_shape_is_known(tmp_path):
+    robot = robot_of(tmp_path, "sphere", 0.05, Rotation.identity())
+    verdict = bc.check(robot, wall_at(0.05), [-2e-5])
+    assert verdict.unknown
+    assert verdict.reason == (
+        "round and wall: 0 to 0.049 mm apart; round is round and known to 0.049 mm"
+    )
+    assert verdict.contacts == ()
+    assert verdict.clearance_m == 0.0
+    assert verdict.closest.upper >= 2e-5
+    motion = bc.check_path(robot, wall_at(0.05), [[-0.1], [-2e-5]])
+    assert motion.unknown
+    assert "round is round and known to 0.049 mm" in motion.reason
+    assert motion.intervals[0].verdict == "clear"
+    assert motion.intervals[-1].verdict == "unknown"
+
+
+def test_where_contact_begins_is_where_the_true_shape_touches(tmp_path):
+    robot = robot_of(tmp_path, "sphere", 0.05, Rotation.identity())
+    motion = bc.check_path(robot, wall_at(0.05), [[-0.1], [0.1]])
+    assert motion.contact
+    start, end, names = motion.first_contact
+    assert names == ("round", "wall")
+    assert start <= 0.5 <= end
+    assert end - start < 1e-3
+    states = [s.verdict for s in motion.intervals]
+    assert states[0] == "clear"
+    assert states[-1] == "contact"
+
+
+def test_inside_a_room_and_a_speck_within(tmp_path):
+    robot = robot_of(tmp_path, "sphere", 0.05, Rotation.identity())
+    for size in (2.0, 0.01):
+        mesh = box("b", (size, size, size))
+        scene = Scene(
+            "s", None, {}, "t", (Obstacle("b", "other", mesh, ""),), {}, (), ()
+        )
+        assert bc.check(robot, scene, [0.0]).contact
+        assert bc.check_path(robot, scene, [[0.0], [0.001]]).contact
+
+
+def test_a_certificate_speaks_of_the_polyhedron_around(tmp_path):
+    robot = robot_of(tmp_path, "capsule", 0.02, Rotation.identity())
+    file = tmp_path / "c.json"
+    waypoints = [[-0.3], [-2e-4]]
+    write_path_certificate(robot, wall_at(0.02), waypoints, 0.0, file)
+    assert verify(file).accepted
+    nearer = json.loads(file.read_text())
+    with np.load(file.with_suffix(".npz")) as meshes:
+        widths = [np.ptp(meshes[n][:, 0]) for n in meshes if n.endswith("vertices")]
+    assert len(nearer["bodies"]) == 2
+    assert 0.04 <= min(widths) < 0.04 + 2 * TOLERANCE  # the capsule's, from outside
