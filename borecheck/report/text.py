@@ -66,7 +66,8 @@ def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
         within = document["self_contacts"] or document["contained"]
         what = "clearance to the obstacles" if within else "clearance"
         lines.append(
-            f"{what} {millimetres(document['clearance_m'])}: "
+            f"{what} {millimetres(document['clearance_m'])}"
+            f"{_at_most(closest, document['clearance_m'])}: "
             f"{closest['link']} to {closest['obstacle']}"
         )
     lines += _contact_lines(document)
@@ -79,6 +80,12 @@ def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
         f"{document['seconds']:.3f} s"
     )
     return lines
+
+
+def _at_most(closest: Mapping[str, Any], clearance: float) -> str:
+    """How much more it may be, where round shapes leave more than rounding."""
+    more = closest["upper"] - clearance
+    return f" (at most {millimetres(more)} more, shapes are round)" * (more > 1e-6)
 
 
 def _certificate_line(document: Mapping[str, Any]) -> list[str]:
