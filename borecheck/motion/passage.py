@@ -102,7 +102,12 @@ class Approach:
         return kept, distances_across(kept)
 
     def allows(self, slabs: Slabs) -> bool:
-        """Whether the needle may be anywhere in its slabs.
+        """Whether the needle may be anywhere in its slabs."""
+        near = -self.corridor.slack
+        return self.holds_deep(slabs) and self.is_free(slabs.before(near))
+
+    def holds_deep(self, slabs: Slabs) -> bool:
+        """Whether the corridor holds what reaches deeper than its near end.
 
         A needle that goes in with its tail is not allowed: nothing of it is then known
         to be outside.
@@ -112,9 +117,8 @@ class Approach:
         deepest = self.corridor.length + self.corridor.slack
         if slabs.tail >= near or (slabs.high[deep] > deepest).any():
             return False
-        if (slabs.aside[deep] > self.corridor.radius + self.corridor.slack).any():
-            return False
-        return self.is_free(slabs.before(near))
+        wide = self.corridor.radius + self.corridor.slack
+        return not (slabs.aside[deep] > wide).any()
 
     def is_free(self, slabs: Slabs) -> bool:
         """Whether the patient neither meets nor holds the slabs, none of it deeper."""

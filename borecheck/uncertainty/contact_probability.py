@@ -186,7 +186,7 @@ class _Sample:
         far = enough_radius(dimensions, 1e-3 * risk)
         self.rooms: Rooms = RoomSearch(disturbance, known, points, far).run()
         self.shell = Shell.beyond(self.rooms.radius, dimensions)
-        self.judge = Judge(disturbance, known, points)
+        self.judge = Judge(disturbance, known, points, self.rooms.needles)
         self.samples = self.contacts = self.undecided = 0
         self.meets: Counter[tuple[str, str]] = Counter()
 

@@ -5,6 +5,7 @@ found fast; what is not decided there goes through the certified search, which a
 for every instant: obstacles, the robot itself, solids, and the needle in its corridor.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from enum import Enum
 
@@ -21,6 +22,8 @@ from borecheck.motion.passage_search import PassageSearch
 from borecheck.motion.problem import Body, PathProblem, path_motion
 from borecheck.motion.search import search
 from borecheck.uncertainty.disturbed import Disturbance, placed
+from borecheck.uncertainty.needle import NeedleRoom
+from borecheck.uncertainty.reach import effects_of, sizes
 from borecheck.uncertainty.room import restricted
 
 Array = NDArray[np.float64]
@@ -45,12 +48,19 @@ class Judge:
         disturbance: What errors do.
         problem: Nominal robot and scene, without doubt.
         points: The nominal motion's waypoints, (k, n).
+        needles: Rooms of the passages by their number, where they are known.
     """
 
     def __init__(
-        self, disturbance: Disturbance, problem: PathProblem, points: Array
+        self,
+        disturbance: Disturbance,
+        problem: PathProblem,
+        points: Array,
+        needles: Mapping[int, NeedleRoom] | None = None,
     ) -> None:
         self.disturbance, self.problem, self.points = disturbance, problem, points
+        self._needles = dict(needles or {})
+        self._effects = effects_of(disturbance)
         self._times = _instants(len(points))
         self._shaped = set(disturbance.dimensions.shapes)
         self._obstacles = self._links(of_obstacles=True)
@@ -65,8 +75,12 @@ class Judge:
         """
         if not numbers:
             return State.CLEAR, None
-        problem = restricted(self._problem(x), numbers)
         points = self.points + self.disturbance.joints(x)
+        problem = self._problem(x)
+        numbers = numbers - self._kept(x, problem, points, numbers)
+        if not numbers:
+            return State.CLEAR, None
+        problem = restricted(problem, numbers)
         seen = self._seen(problem.chain, points) or _strays(problem, points)
         if seen is not None:
             return State.CONTACT, seen
@@ -74,6 +88,16 @@ class Judge:
         if found.verdict == CONTACT:
             return State.CONTACT, _whose(found)
         return (State.CLEAR if found.verdict == CLEAR else State.UNDECIDED), None
+
+    def _kept(
+        self, x: Array, problem: PathProblem, points: Array, numbers: set[int]
+    ) -> set[int]:
+        """Passages that are proven to keep to their corridor."""
+        asked = numbers & set(self._needles)
+        if not asked:
+            return set()
+        moved = sizes(self._effects, x[None])[0]
+        return {k for k in asked if self._needles[k].keeps(problem, points, moved)}
 
     def _problem(self, x: Array) -> PathProblem:
         """Robot and scene with the errors."""

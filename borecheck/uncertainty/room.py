@@ -5,31 +5,22 @@ found; what is left of it after the piece's own motion and the margin is the pai
 room there. Errors that move nothing farther than the room leave the pair clear at every
 instant; as it shrinks from the nominal motion to the disturbed one without the
 surfaces ever meeting, no solid comes to hold another either. A needle in its patient
-has the room by which all that it sweeps could grow within the plan's corridor.
+has a room of another kind (`needle`).
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.contact.verdict import CLEAR
-from borecheck.motion.bounds import WORLD, Route, route
+from borecheck.motion.bounds import WORLD, Route
 from borecheck.motion.by_distance import displacement_about
-from borecheck.motion.passage import Slabs
-from borecheck.motion.passage_search import PassageSearch
-from borecheck.motion.problem import (
-    Body,
-    Motion,
-    Pair,
-    Passage,
-    PathProblem,
-    path_motion,
-)
+from borecheck.motion.problem import Body, Motion, Pair, PathProblem, path_motion
 from borecheck.motion.search import search
 from borecheck.uncertainty.disturbed import Disturbance
+from borecheck.uncertainty.needle import NeedleRoom, needle_room
 from borecheck.uncertainty.reach import (
     arms,
     effects_of,
@@ -45,8 +36,6 @@ ACCURACY, SPENT = 0.02, 0.05
 RESERVE = 1e-8
 # Pieces of a pair at most; what is not decided by then has no room.
 PIECES = 4096
-# A passage: halvings of a leg, and the steps by which its room is looked for, [m].
-HALVINGS, STEP = 6, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +48,7 @@ class Rooms:
         pair: Which pair a piece belongs to, (pieces,).
         count: Number of pairs.
         radius: Errors x = A z with |z| up to this leave all pairs clear.
+        needles: Rooms of the passages, by their number among the pairs.
     """
 
     coefficients: Array
@@ -66,6 +56,7 @@ class Rooms:
     pair: NDArray[np.int64]
     count: int
     radius: float
+    needles: dict[int, NeedleRoom]
 
 
 class RoomSearch:
@@ -95,10 +86,16 @@ class RoomSearch:
 
     def run(self) -> Rooms:
         """Rooms of all pairs, then of all passages."""
+        needles = {
+            number: needle_room(self.problem, passage, self.motion, self.effects)
+            for number, passage in enumerate(
+                self.problem.passages, len(self.problem.pairs)
+            )
+        }
         rows: list[Array] = []
         room: list[float] = []
         pair: list[int] = []
-        for number, found in enumerate(self._all()):
+        for number, found in enumerate(self._all(needles)):
             for coefficients, left in found:
                 rows.append(coefficients)
                 room.append(left)
@@ -108,11 +105,12 @@ class RoomSearch:
         each = per_sigma(self.effects, table, self._blocks)
         radius = np.where(rooms > 0.0, rooms / np.maximum(each, 1e-300), 0.0)
         least = float(radius.min(initial=np.inf))
-        return Rooms(
-            table, rooms, np.array(pair, np.int64), number_of(self.problem), least
-        )
+        numbers, count = np.array(pair, np.int64), number_of(self.problem)
+        return Rooms(table, rooms, numbers, count, least, needles)
 
-    def _all(self) -> Iterator[list[tuple[Array, float]]]:
+    def _all(
+        self, needles: dict[int, NeedleRoom]
+    ) -> Iterator[list[tuple[Array, float]]]:
         for number, (pair, way) in enumerate(
             zip(self.problem.pairs, self.problem.routes, strict=True)
         ):
@@ -121,8 +119,8 @@ class RoomSearch:
                 yield self._pair(pair, way)
             else:
                 yield [(np.zeros(len(self.effects)), -1.0)]
-        for passage in self.problem.passages:
-            yield self._passage(passage)
+        for needle in needles.values():
+            yield [(piece.arms, piece.room) for piece in needle.pieces]
 
     def _pair(self, pair: Pair, way: Route) -> list[tuple[Array, float]]:
         found: list[tuple[Array, float]] = []
@@ -168,37 +166,6 @@ class RoomSearch:
             placed,
         )
 
-    def _passage(self, passage: Passage) -> list[tuple[Array, float]]:
-        needle = self.problem.parts[passage.part]
-        patient = self.problem.obstacles[passage.obstacle]
-        look = PassageSearch(
-            self.problem.chain, needle, patient, passage.corridor, self.motion
-        )
-        way = route(self.problem.chain, WORLD, needle.frame)
-        pair = Pair(needle, patient, 0.0)
-        found = []
-        for begin, end in self._legs(look):
-            middle = 0.5 * (begin + end)
-            placed = self.motion.place(self.problem.chain, middle)
-            moved = displacement_about(
-                self.problem.chain, pair, way, self.motion, placed, begin, middle, end
-            )
-            numbers = (passage.part, -1)
-            coefficients = self._arms(way, needle, numbers, patient, placed)
-            left = _growth(look, begin, end)
-            found.append((coefficients + moved * self._grow, left))
-        return found
-
-    def _legs(self, look: PassageSearch) -> Iterator[tuple[float, float]]:
-        """Pieces of the motion that are proven to keep to the corridor, or short."""
-        for leg in range(len(self.motion.theta) - 1):
-            cuts = [float(leg), leg + 1.0]
-            for _ in range(HALVINGS):
-                if all(look.stays(a, b) for a, b in pairwise(cuts)):
-                    break
-                cuts = sorted([*cuts, *(0.5 * (a + b) for a, b in pairwise(cuts))])
-            yield from pairwise(cuts)
-
 
 def number_of(problem: PathProblem) -> int:
     """Of pairs and passages."""
@@ -235,23 +202,6 @@ def restricted(problem: PathProblem, numbers: set[int]) -> PathProblem:
         self_pairs=tuple(pair for k, pair in among if k in numbers),
         passages=tuple(passage for k, passage in through if k in numbers),
     )
-
-
-def _growth(look: PassageSearch, begin: float, end: float) -> float:
-    """By how much all that is swept may grow and still keep to the corridor, [m]."""
-    slabs = look.sweep(begin, end)
-    low, high = -1, int(look.corridor.slack / STEP) + 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if look.approach.allows(_grown(slabs, middle * STEP)):
-            low = middle
-        else:
-            high = middle
-    return low * STEP - RESERVE
-
-
-def _grown(slabs: Slabs, by: float) -> Slabs:
-    return Slabs(slabs.low - by, slabs.high + by, slabs.aside + by, slabs.tail + by)
 
 
 def _distance(pair: Pair, placed: Array) -> float:
