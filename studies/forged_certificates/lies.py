@@ -9,6 +9,7 @@ only the files can tell, so these must be refused when bound.
 import copy
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -162,7 +163,7 @@ def bridged(document: Document, wrong: list[int]) -> None:
         kept = [
             r for n, r in enumerate(record["intervals"]) if n not in record["unproven"]
         ]
-        for row, after in zip(kept, [*kept[1:], None], strict=True):
+        for row, after in zip_longest(kept, kept[1:]):
             row[0], end = end, row[1] if after is None else after[0]
             row[1] = end
         if kept:
