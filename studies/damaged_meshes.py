@@ -5,9 +5,9 @@
 Three ways of damage, seeded: bytes changed in files of every format, pieces of files
 cut out, doubled or moved, and elements of Collada renamed to any other element of
 its schema. Counted is what comes of each: read, refused in one line, anything else
-(an exception, a line that cannot be printed, more than 2 s of processor time). Of the renamed Collada
-files it is known what stands in them, so that a surface lost in silence is counted,
-too: both cubes are where they were, or the file is refused.
+(an exception, a line that cannot be printed, more than 2 s of processor time). Of the
+renamed Collada files it is known what stands in them, so that a surface lost in silence
+is counted, too: all cubes are where they were, or the file is refused.
 """
 
 import argparse
