@@ -2,18 +2,25 @@
 
 A point from which a straight line leads away without meeting a surface is outside,
 whatever the surface is. Where there is none, the surface's winding number is asked;
-but one that is 0 says "outside" only of a surface that meets itself nowhere: a block
-drawn on both sides, or two that overlap of which one is inside out, wind 0 times round
-what is in them. Then the answer is that it cannot be told.
+but one that is 0 says "outside" only if each connected part of the surface lets a line
+lead away or meets itself nowhere, and those that wind round the point are apart: a
+block drawn on both sides, or two that overlap of which one is inside out, wind 0 times
+round what is in them. Then the answer is that it cannot be told.
 """
 
 from enum import StrEnum
-from functools import cache
+from functools import cache, lru_cache
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.verify.distance import GroupedMesh, may_be_nearer, near_triangles
+from borecheck.verify.distance import (
+    GroupedMesh,
+    may_be_nearer,
+    near_triangles,
+    nearer_than,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -28,6 +35,8 @@ DIRECTIONS = 100
 _AT_THE_RIM = 1e-12
 # A sum of solid angles is this near to a whole number of turns.
 _WHOLE = 1e-3
+# Parts of a surface, none of which lets a line lead away, that are looked into.
+_MOST_AROUND = 16
 
 
 class Side(StrEnum):
@@ -44,12 +53,62 @@ def side_of(point: Array, mesh: GroupedMesh) -> Side:
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     if ((point < low) | (point > high)).any() or leads_away(point, corners):
         return Side.OUTSIDE
-    turns = winding(point, corners)
-    if abs(turns - round(turns)) > _WHOLE:
+    turns = _whole_turns(point, corners)
+    if turns is None:
         return Side.UNTOLD
-    if round(turns) != 0:
+    if turns != 0:
         return Side.INSIDE
-    return Side.OUTSIDE if is_embedded(mesh) else Side.UNTOLD
+    return Side.OUTSIDE if _is_free(point, mesh) else Side.UNTOLD
+
+
+def _is_free(point: Array, mesh: GroupedMesh) -> bool:
+    """Whether parts of a surface that cancel hide nothing round a point."""
+    low, high = _boxes_of_parts(mesh)
+    near = np.flatnonzero(((low <= point) & (point <= high)).all(axis=1))
+    if len(near) > _MOST_AROUND:
+        return False
+    around = []
+    for k in near:
+        part = _part(mesh, int(k))
+        if leads_away(point, part.corners):
+            continue
+        turns = _whole_turns(point, part.corners)
+        if turns is None or not is_embedded(part):
+            return False
+        if turns != 0:
+            around.append(part)
+    return not any(
+        nearer_than(a, b, np.eye(4), TOUCHING) for a, b in combinations(around, 2)
+    )
+
+
+@lru_cache(maxsize=64)
+def _parts(mesh: GroupedMesh) -> Indices:
+    """Number of the connected part of each triangle, (m,)."""
+    label = _labels(mesh.vertices, mesh.triangles)
+    return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.int64)
+
+
+@lru_cache(maxsize=64)
+def _boxes_of_parts(mesh: GroupedMesh) -> tuple[Array, Array]:
+    """Lowest and highest corner of every connected part, (c, 3) each."""
+    parts = _parts(mesh)
+    low = np.full((int(parts.max()) + 1, 3), np.inf)
+    high = -low
+    np.minimum.at(low, parts, mesh.corners.min(axis=1))
+    np.maximum.at(high, parts, mesh.corners.max(axis=1))
+    return low, high
+
+
+@lru_cache(maxsize=256)
+def _part(mesh: GroupedMesh, number: int) -> GroupedMesh:
+    return GroupedMesh(mesh.vertices, mesh.triangles[_parts(mesh) == number])
+
+
+def _whole_turns(point: Array, corners: Array) -> int | None:
+    """The winding number, or None where rounding leaves it open."""
+    turns = winding(point, corners)
+    return None if abs(turns - round(turns)) > _WHOLE else round(turns)
 
 
 def leads_away(point: Array, corners: Array) -> bool:
@@ -96,6 +155,7 @@ def winding(point: Array, corners: Array) -> float:
     return float(np.arctan2(top, bottom).sum()) / (2.0 * np.pi)
 
 
+@lru_cache(maxsize=256)
 def is_embedded(mesh: GroupedMesh) -> bool:
     """Whether a closed surface meets itself nowhere.
 
@@ -151,7 +211,16 @@ def is_closed(vertices: Array, triangles: Indices) -> bool:
 
 
 def connected_corners(vertices: Array, triangles: Indices) -> Array:
-    """One corner of every connected part, (c, 3): labels sink to the smallest."""
+    """One corner of every connected part, (c, 3)."""
+    first = np.unique(_labels(vertices, triangles), return_index=True)[1]
+    return np.asarray(vertices[triangles[first, 0]], dtype=np.float64)
+
+
+def _labels(vertices: Array, triangles: Indices) -> Indices:
+    """A number for each triangle, equal within a connected part, (m,).
+
+    Labels of places sink to the smallest.
+    """
     t = _merged(vertices, triangles)
     label = np.arange(int(t.max()) + 1)
     while True:
@@ -161,8 +230,7 @@ def connected_corners(vertices: Array, triangles: Indices) -> Array:
         label = label[label]
         if np.array_equal(label, before):
             break
-    first = np.unique(label[t[:, 0]], return_index=True)[1]
-    return np.asarray(vertices[triangles[first, 0]], dtype=np.float64)
+    return np.asarray(label[t[:, 0]], dtype=np.int64)
 
 
 def _merged(vertices: Array, triangles: Indices) -> Indices:

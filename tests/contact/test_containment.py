@@ -6,7 +6,9 @@ import pytest
 import borecheck as bc
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.motion.check import write_path_certificate
 from borecheck.robots.scene import Obstacle, Scene
+from borecheck.verify.check import verify
 from tests.geometry.triangles.test_solid import flipped, joined, twice
 from tests.places import ROBOTS
 
@@ -23,6 +25,15 @@ def arm():
 
 ROOM, CAVE = box("room", (9.0, 9.0, 9.0)), box("cave", (8.0, 8.0, 8.0))
 BESIDE = TriangleMesh("room", ROOM.vertices + [0.5, 0.4, 0.3], ROOM.triangles)
+WALLS = joined(
+    *(
+        TriangleMesh("w", wall.vertices + 4.0 * sign * np.eye(3)[k], wall.triangles)
+        for k in range(3)
+        for sign in (1.0, -1.0)
+        for wall in [box("w", np.where(np.arange(3) == k, 0.5, 8.8 + 0.1 * k))]
+    ),
+    name="walls",
+)
 ROOMS = {
     "solid": (ROOM, "contact"),
     "inverted": (flipped(ROOM), "contact"),
@@ -31,12 +42,13 @@ ROOMS = {
     "overlapping, one inverted": (joined(ROOM, flipped(BESIDE)), "unknown"),
     "overlapping": (joined(ROOM, BESIDE), "contact"),
     "cavity": (joined(ROOM, flipped(CAVE)), "clear"),
+    "walls that cross": (WALLS, "clear"),
     "cavity of an inverted file": (flipped(joined(ROOM, flipped(CAVE))), "clear"),
 }
 
 
 @pytest.mark.parametrize("kind", ROOMS)
-def test_pose_batch_and_motion_agree(arm, kind):
+def test_pose_batch_and_motion_agree(arm, kind, tmp_path):
     mesh, expected = ROOMS[kind]
     scene = scene_of(mesh)
     qs = np.array([[0.0], [0.7], [-1.2]])
@@ -47,6 +59,9 @@ def test_pose_batch_and_motion_agree(arm, kind):
     motion = bc.check_path(arm, scene, qs)
     assert motion.verdict == expected
     assert motion.certified == (expected == "clear")
+    if expected == "clear":
+        write_path_certificate(arm, scene, qs, 0.0, tmp_path / "c.json")
+        assert verify(tmp_path / "c.json").accepted
     if expected == "unknown":
         assert f"inside {mesh.name}" in verdicts[0].reason
         assert f"inside {mesh.name}" in motion.reason

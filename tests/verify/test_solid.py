@@ -67,6 +67,24 @@ def test_a_bore_is_outside() -> None:
     assert side_of(ORIGIN, _joined(*ring)) is Side.OUTSIDE
 
 
+def test_a_room_of_walls_that_cross_is_free_within() -> None:
+    """No line leads out, but no wall is round the point, whichever way it is wound."""
+    walls = []
+    for k in range(3):
+        size = np.full(3, 2.2 + 0.03 * k)
+        size[k] = 0.2
+        for sign in (1.0, -1.0):
+            wall = box("wall", size).moved(transform(sign * np.eye(3)[k]))
+            walls.append(wall)
+    assert side_of(ORIGIN, _joined(*walls)) is Side.OUTSIDE
+    back = TriangleMesh("w", walls[0].vertices, walls[0].triangles[:, ::-1])
+    assert side_of(ORIGIN, _joined(back, *walls[1:])) is Side.OUTSIDE
+    assert side_of(np.array([1.0, 0.1, 0.2]), _joined(back, *walls[1:])) is Side.INSIDE
+    # nor does such a room make free what is drawn twice in it
+    twice = _block(0.5), _block(0.5, inside_out=True)
+    assert side_of(ORIGIN, _joined(*walls, *twice)) is Side.UNTOLD
+
+
 @pytest.mark.parametrize(
     "mesh", [box("b", [1.0, 2.0, 3.0]), sphere("s", 0.5), cylinder("c", 1e-3, 0.1)]
 )
