@@ -9,9 +9,11 @@ Exit status 1 if anything of that happens.
 """
 
 import argparse
+import io
 import random
 import sys
 import tempfile
+from contextlib import redirect_stderr
 from pathlib import Path
 from typing import Any
 
@@ -282,7 +284,8 @@ def run(count: int, seed: int, folder: Path) -> Tally:
         outcome_of(bench, warm)  # what is imported on demand is imported now
     for number in range(count):
         text = ESCAPES[number] if number < len(ESCAPES) else expression(rng)
-        with watching(Watch((bench.folder,))) as watch:
+        noise = io.StringIO()
+        with watching(Watch((bench.folder,))) as watch, redirect_stderr(noise):
             outcome, seconds = timed(lambda text=text: outcome_of(bench, text))
         tally.add(outcome, seconds, text)
         tally.problems += [f"{text!r:.200}: {seen}" for seen in watch.seen]

@@ -179,7 +179,7 @@ def study(count: int, seed: int, resume: Path | None, jobs: int) -> tuple[Tally,
         answers = pool.map(lambda one: chunk(*one), left)
         for done, (one, answer) in enumerate(zip(left, answers, strict=True)):
             known[repr(one)] = answer
-            if resume is not None:
+            if resume is not None and answer["counts"]:  # one that died is tried again
                 with resume.open("a") as file:
                     file.write(json.dumps([repr(one), answer]) + "\n")
             print(f"{done + 1}/{len(left)} {one}: {answer['counts']}", file=sys.stderr)

@@ -64,7 +64,7 @@ def read_urdf(
         UrdfError: The file cannot be read or expanded.
         UsageError: Arguments for a file that takes none.
     """
-    raw = urdf_source.read_bytes(path)
+    raw = urdf_source.read_bytes(path, roots)
     if not is_xacro(path):
         if arguments:
             raise UsageError(f"{path} is no xacro file, so it takes no arguments")

@@ -18,7 +18,7 @@ Loaded = tuple[Robot | Finding, tuple[Suppression, ...]]
 def load_file(path: Path, options: Options) -> Loaded:
     """A file as a robot; a finding if no XML tree can be had from it."""
     try:
-        raw = urdf_source.read_bytes(path)
+        raw = urdf_source.read_bytes(path, options.roots)
     except UrdfError as error:
         return _stopped("D101", error, str(path), options), ()
     if is_xacro(path):

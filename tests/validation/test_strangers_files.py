@@ -3,9 +3,10 @@
 import pytest
 
 from borecheck.cli import main
-from borecheck.errors import InputError
+from borecheck.errors import InputError, UrdfError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import write_stl
+from borecheck.robots.robot import load_robot
 from borecheck.validation import Options, validate_file, validate_text
 from studies import hostile_files
 from studies.hostile_makers import MAKERS
@@ -53,6 +54,23 @@ def test_check_refuses_it_by_link_and_takes_it_when_allowed(folder, capsys):
     assert told.count("borecheck: error:") == 1
     assert told.endswith("--allow-outside\n")
     assert main([*words, "--allow-outside"]) == 0
+
+
+@pytest.mark.parametrize("suffix", [".urdf", ".urdf.xacro"])
+def test_a_robot_that_is_a_link_out_of_its_folder_is_not_followed(folder, suffix):
+    secret = folder.parent / f"secret{suffix}"
+    secret.write_text("<robot name='hunter2'><hunter2/></robot>")
+    link = folder / f"r{suffix}"
+    link.symlink_to(secret)
+    (finding,) = validate_file(link, run=False)
+    assert (finding.code, "hunter2" in finding.message) == ("D101", False)
+    with pytest.raises(UrdfError, match="is a link"):
+        load_robot(link)
+    assert len(validate_file(link, run=False, allow_outside=True)) > 1
+    link.unlink()
+    (folder / f"s{suffix}").write_text("<robot name='s'><link name='l'/></robot>")
+    link.symlink_to(f"s{suffix}")
+    assert "D101" not in {f.code for f in validate_file(link, run=False)}
 
 
 def test_settings_beside_a_robot_name_nothing_outside(folder):

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from borecheck.errors import UrdfError
+from borecheck.robots.urdf.reach import ANYWHERE, Roots, reach_of
 
 MAX_BYTES = 50_000_000  # the largest public URDF is below 2 MB
 LONGEST_TAG = 40  # lines of one start tag
@@ -136,13 +137,23 @@ class Source:
         return dict(zip(elements(self.root), self.origins, strict=False))
 
 
-def read_bytes(path: Path) -> bytes:
+def read_bytes(path: Path, roots: Roots = ANYWHERE) -> bytes:
     """The bytes of a file, refused with one line if that is not possible.
 
+    Args:
+        path: The file.
+        roots: Where it may lie if it is a link: a folder of strangers' files may hold
+            links to the user's own.
+
     Raises:
-        UrdfError: Missing, a directory, no permission, not a file, too large.
+        UrdfError: Missing, a directory, no permission, not a file, too large, a link
+            that leads out of its folder tree and the roots.
     """
     try:
+        if path.is_symlink() and not reach_of(path.parent, roots).holds(path):
+            raise UrdfError(
+                path, f"is a link to {path.resolve()}: name that, or --allow-outside"
+            )
         if path.is_dir():
             raise UrdfError(path, "is a directory, not a URDF file")
         if not path.exists():
