@@ -88,7 +88,7 @@ def arm_scene(size: str) -> BenchScene:
 def zerobot_scene(level: str) -> BenchScene:
     """Zerobot against the project's CT gantry (the gantry only, not its couch)."""
     import borecheck as bc
-    from borecheck.motion.check import chain_of
+    from borecheck.motion.robot_problem import chain_of
 
     robot = bc.load_robot("zerobot", level=level)
     scene = bc.load_scene("ct_gantry", level=level)

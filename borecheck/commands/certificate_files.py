@@ -14,6 +14,7 @@ from borecheck.core.whole_files import check_writable, remove
 from borecheck.errors import BorecheckError, UsageError
 
 if TYPE_CHECKING:
+    from borecheck.motion.samples import Proof
     from borecheck.plans.needle_plan import NeedlePlan
     from borecheck.robots.robot import Robot
     from borecheck.robots.scene import Scene
@@ -92,6 +93,7 @@ def add_certificates(
     robot: "Robot",
     scene: "Scene",
     files: Mapping[str, Path],
+    proofs: Mapping[str, "Proof"],
 ) -> bool:
     """Writes the certificates, and adds to every motion which it got, or why none.
 
@@ -100,6 +102,7 @@ def add_certificates(
         robot: The robot that was checked.
         scene: What stands around it.
         files: From `prepared`.
+        proofs: What the search said of every motion, by the plan's name.
 
     Returns:
         Whether every motion that is clear has its certificate.
@@ -109,11 +112,12 @@ def add_certificates(
     for block in document.get("plans", [document]):
         reason = _why_none(block)
         if reason is None:
-            file = files[block.get("name", PATH)]
+            name = block.get("name", PATH)
+            file = files[name]
             try:
                 reason = "interrupted" if stopped else None
                 if reason is None:
-                    _write(block, robot, scene, document["margin_m"], file)
+                    _write(proofs[name], robot, scene, file, name)
             except BorecheckError as error:
                 reason = str(error)
             except KeyboardInterrupt:
@@ -136,21 +140,11 @@ def _why_none(block: Mapping[str, Any]) -> str | None:
 
 
 def _write(
-    block: Mapping[str, Any], robot: "Robot", scene: "Scene", margin: float, file: Path
+    proof: "Proof", robot: "Robot", scene: "Scene", file: Path, plan: str
 ) -> None:
-    import numpy as np
+    from borecheck.motion.certify import write_certificate_of
 
-    from borecheck.motion.check import write_path_certificate
-    from borecheck.plans.corridor import Corridor
-
-    joints = robot.model.joint_names
-    waypoints = [[q[joint] for joint in joints] for q in block["path"]["waypoints"]]
-    corridor, plan = None, ""
-    if "entry" in block:
-        radius = robot.description.needle_radius if robot.description else 0.0
-        entry, target = np.array(block["entry"]), np.array(block["target"])
-        corridor, plan = Corridor(entry, target, radius), block["name"]
-    write_path_certificate(robot, scene, waypoints, margin, file, corridor, plan)
+    write_certificate_of(proof, robot, scene, file, plan)
 
 
 def _check_target(args: argparse.Namespace, file: Path) -> None:

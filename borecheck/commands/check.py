@@ -7,16 +7,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from borecheck.commands import common
-from borecheck.commands.certificate_files import add_certificates, prepared
+from borecheck.commands.certificate_files import PATH, add_certificates, prepared
 from borecheck.commands.output import check_outputs, emit, wants_display
 from borecheck.commands.uncertainty_options import (
     add_options as add_uncertainty_options,
 )
-from borecheck.core.units import parse_length
+from borecheck.core.units import parse_length, parse_share
 from borecheck.errors import PlanError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from borecheck.contact.check import Settings
+    from borecheck.motion.least_clearance import Tolerance
+    from borecheck.motion.samples import Proof
+    from borecheck.plans.corridor import Corridor
     from borecheck.plans.needle_plan import NeedlePlan
     from borecheck.robots.robot import Robot
     from borecheck.robots.scene import Scene
@@ -54,6 +60,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--samples", type=int, default=41, help="poses looked at on a motion"
+    )
+    parser.add_argument(
+        "--long-way",
+        action="store_true",
+        help="continuous joints go as written where they turn by half a turn or more",
+    )
+    parser.add_argument(
+        "--clearance-tolerance",
+        default="5%,0.1mm",
+        metavar="SHARE,LENGTH",
+        help="how far below the least clearance that a motion reaches the proven one "
+        "may be; the larger of both counts (default: 5%%,0.1mm)",
     )
     parser.add_argument(
         "--no-certificate",
@@ -103,9 +121,10 @@ def run(args: argparse.Namespace) -> int:
         "checked": about.to_json(),
         "warnings": [*robot.warnings, *scene.warnings, *about.warnings],
     }
-    document |= _answer(args, robot, scene, chosen, plans)
+    proofs: dict[str, Proof] = {}
+    document |= _answer(args, robot, scene, chosen, plans, proofs)
     weighed(document)
-    complete = not files or _certify(document, robot, scene, files)
+    complete = not files or _certify(document, robot, scene, files, proofs)
     if wants_display(args):
         from borecheck.report.display import display_block
 
@@ -127,12 +146,16 @@ def _plans_asked(args: argparse.Namespace) -> tuple["NeedlePlan", ...]:
 
 
 def _certify(
-    document: dict[str, Any], robot: "Robot", scene: "Scene", files: Mapping[str, Path]
+    document: dict[str, Any],
+    robot: "Robot",
+    scene: "Scene",
+    files: Mapping[str, Path],
+    proofs: Mapping[str, "Proof"],
 ) -> bool:
     """Writes what is certified; says so where a path, or a clear plan, is not."""
     from borecheck.commands.progress import say
 
-    complete = add_certificates(document, robot, scene, files)
+    complete = add_certificates(document, robot, scene, files, proofs)
     for block in document.get("plans", [document]):
         reason = block["certificate"]["reason"]
         whose = f"plan {block['name']}" if "plans" in document else "the path"
@@ -171,12 +194,14 @@ def _answer(
     scene: "Scene",
     chosen: "Settings",
     plans: Sequence["NeedlePlan"],
+    proofs: dict[str, "Proof"],
 ) -> dict[str, Any]:
+    """What was asked; the searches of motions are added to the proofs."""
     if args.q is not None:
         return _pose(args, robot, scene, chosen)
     if args.path is not None:
-        return _path(args, robot, scene, chosen)
-    return _plans(args, robot, scene, chosen, plans)
+        return _path(args, robot, scene, chosen, proofs)
+    return _plans(args, robot, scene, chosen, plans, proofs)
 
 
 def _pose(
@@ -191,25 +216,66 @@ def _pose(
 
 
 def _path(
-    args: argparse.Namespace, robot: "Robot", scene: "Scene", chosen: "Settings"
+    args: argparse.Namespace,
+    robot: "Robot",
+    scene: "Scene",
+    chosen: "Settings",
+    proofs: dict[str, "Proof"],
 ) -> dict[str, Any]:
+    waypoints = common.waypoints(robot, args.path)
+    if len(waypoints) == 1:
+        raise PlanError(args.path, "has one waypoint; a path needs two (a pose: --q)")
+    return _motion(args, robot, scene, chosen, waypoints, proofs)
+
+
+def _motion(
+    args: argparse.Namespace,
+    robot: "Robot",
+    scene: "Scene",
+    chosen: "Settings",
+    waypoints: "NDArray[np.float64]",
+    proofs: dict[str, "Proof"],
+    plan: "NeedlePlan | None" = None,
+    corridor: "Corridor | None" = None,
+) -> dict[str, Any]:
+    """A path's or a plan's motion, sampled and searched."""
     from borecheck.commands.progress import Progress
     from borecheck.motion.check import check_motion
     from borecheck.report.document import motion_block
 
-    waypoints = common.waypoints(robot, args.path)
-    if len(waypoints) == 1:
-        raise PlanError(args.path, "has one waypoint; a path needs two (a pose: --q)")
-    motion = check_motion(
+    answer = check_motion(
         robot,
         scene,
         waypoints,
         chosen,
+        corridor=corridor,
         samples=args.samples,
         certify=not args.no_certificate,
-        progress=Progress("poses"),
+        long_way=args.long_way,
+        tolerance=_tolerance(args.clearance_tolerance),
+        progress=Progress("poses" if plan is None else f"poses of plan {plan.name}"),
     )
-    return motion_block(motion, robot.model.joint_names)
+    if answer.proof is not None:
+        proofs[PATH if plan is None else plan.name] = answer.proof
+    block = motion_block(answer, robot.model.joint_names)
+    return {"not_covered": list(answer.not_covered), **block}
+
+
+def _tolerance(text: str) -> "Tolerance":
+    """From `5%`, `0.1mm` or both, by a comma.
+
+    Raises:
+        UsageError: Neither a share nor a length.
+    """
+    from borecheck.motion.least_clearance import Tolerance
+
+    found = {"relative": 0.0, "absolute": 0.0}
+    for part in text.split(","):
+        if part.strip().endswith("%"):
+            found["relative"] = parse_share(part)
+        else:
+            found["absolute"] = parse_length(part)
+    return Tolerance(**found)
 
 
 def _plans(
@@ -218,6 +284,7 @@ def _plans(
     scene: "Scene",
     chosen: "Settings",
     plans: Sequence["NeedlePlan"],
+    proofs: dict[str, "Proof"],
 ) -> dict[str, Any]:
     """All plans; what is finished stays when the user interrupts."""
     from borecheck.contact.verdict import worst_of
@@ -229,7 +296,7 @@ def _plans(
     interrupted = False
     try:
         for plan in plans:
-            results.append(_one_plan(args, robot, scene, chosen, plan))
+            results.append(_one_plan(args, robot, scene, chosen, proofs, plan))
     except KeyboardInterrupt:
         interrupted = True
     verdicts = [result["verdict"] for result in results]
@@ -271,12 +338,11 @@ def _one_plan(
     robot: "Robot",
     scene: "Scene",
     chosen: "Settings",
+    proofs: dict[str, "Proof"],
     plan: "NeedlePlan",
 ) -> dict[str, Any]:
-    from borecheck.commands.progress import Progress, say
-    from borecheck.motion.check import check_motion
+    from borecheck.commands.progress import say
     from borecheck.plans.plan_motion import UnreachableError, plan_motion
-    from borecheck.report.document import motion_block
 
     named: dict[str, Any] = {
         "name": plan.name,
@@ -291,22 +357,10 @@ def _one_plan(
     except UnreachableError as error:
         reason = f"{error}{_swapped(robot, plan)}"
         return {**named, "verdict": "unknown", "reason": reason, "reachable": False}
-    answer = check_motion(
-        robot,
-        scene,
-        motion.waypoints,
-        chosen,
-        corridor=motion.corridor,
-        samples=args.samples,
-        certify=not args.no_certificate,
-        progress=Progress(f"poses of plan {plan.name}"),
+    block = _motion(
+        args, robot, scene, chosen, motion.waypoints, proofs, plan, motion.corridor
     )
-    return {
-        **named,
-        "reachable": True,
-        "not_covered": list(answer.not_covered),
-        **motion_block(answer, robot.model.joint_names),
-    }
+    return {**named, "reachable": True, **block}
 
 
 def _swapped(robot: "Robot", plan: "NeedlePlan") -> str:

@@ -35,6 +35,19 @@ def parse_angle(text: str) -> float:
     return _parse(text, "angle", ANGLE_UNITS, "rad")
 
 
+def parse_share(text: str) -> float:
+    """A share typed in per cent, `5%`, as a number.
+
+    Raises:
+        UsageError: No finite number before the sign.
+    """
+    number, sign, rest = text.strip().partition("%")
+    match = _QUANTITY.fullmatch(number)
+    if not sign or rest or match is None or match.group(2):
+        raise UsageError(f"{text!r} is no share; write for example 5%")
+    return 0.01 * float(number)
+
+
 def parse_joint_value(text: str, *, revolute: bool) -> float:
     """A joint position in SI, for a revolute or a prismatic joint."""
     return parse_angle(text) if revolute else parse_length(text)

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import BorecheckError, UsageError
 from borecheck.motion.certificate import bodies_of, statement
-from borecheck.motion.check import about_what, path_problem
+from borecheck.motion.certify import about_what
 from borecheck.motion.problem import PathProblem, path_motion
+from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.samples import checked_waypoints
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan

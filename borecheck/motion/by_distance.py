@@ -7,17 +7,17 @@ exceeds the margin and every displacement within the stretch, the stretch is cle
 is the argument of the certificate, too (`motion.certificate` says why the bound holds).
 """
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from borecheck.motion.bounds import FIXED, TURNS, WORLD, Chain, Route
 from borecheck.motion.halving import TOUCHED, UNDECIDED
 
 if TYPE_CHECKING:
-    from borecheck.motion.problem import Body, Motion, Pair
+    from borecheck.motion.problem import Motion, Pair
 
 Array = NDArray[np.float64]
 Rows = list[tuple[float, float, int]]
@@ -97,32 +97,46 @@ def displacement_about(
     end: float,
 ) -> float:
     """Bound on how far any point of a moves against b from the middle, [m]."""
-    instants = [begin, *_waypoints_between(begin, end), end]
     at = motion.joints_at(middle)
-    change = np.zeros(chain.frame_count)
-    for instant in instants:
-        change = np.maximum(change, np.abs(motion.joints_at(instant) - at))
-    corners = _box_corners(pair.moving) @ placed[pair.moving.frame, :3, :3].T
-    corners = corners + placed[pair.moving.frame, :3, 3]
+    first, last = int(np.floor(begin)) + 1, int(np.ceil(end))
+    instants = [motion.joints_at(begin), *motion.theta[first:last]]
+    instants.append(motion.joints_at(end))
+    change = np.abs(np.array(instants) - at).max(axis=0)
+    T = placed[pair.moving.frame]
+    total = _displacement(
+        way.joints, chain.kind, chain.axis, placed, change, T, pair.moving.mesh.bounds
+    )
+    return float(total) * (1.0 + 1e-12) + 1e-12
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _displacement(joints, kind, axis, placed, change, T, bounds):  # type: ignore[no-untyped-def]
+    """Sum over the joints of their change times the box's distance from their axis."""
+    corners = np.zeros((8, 3))
+    for i in range(8):
+        x, y, z = bounds[i >> 2 & 1, 0], bounds[i >> 1 & 1, 1], bounds[i & 1, 2]
+        for d in range(3):
+            corners[i, d] = T[d, 0] * x + T[d, 1] * y + T[d, 2] * z + T[d, 3]
     total = 0.0
-    for j in way.joints:
-        if chain.kind[j] == FIXED or change[j] == 0.0:
+    for j in joints:
+        if kind[j] == FIXED or change[j] == 0.0:
             continue
         arm = 1.0
-        if chain.kind[j] == TURNS:
-            axis = placed[j, :3, :3] @ chain.axis[j]
-            from_axis = np.cross(corners - placed[j, :3, 3], axis)
-            arm = float(np.linalg.norm(from_axis, axis=1).max())
-        total += float(change[j]) * arm
-    return total * (1.0 + 1e-12) + 1e-12
+        if kind[j] == TURNS:
+            arm = _farthest(corners, placed[j], axis[j])
+        total += change[j] * arm
+    return total
 
 
-def _waypoints_between(begin: float, end: float) -> Iterator[float]:
-    first = int(np.floor(begin)) + 1
-    yield from (float(k) for k in range(first, int(np.ceil(end))))
-
-
-def _box_corners(body: "Body") -> Array:
-    low, high = body.mesh.bounds
-    pick = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
-    return np.where(pick == 1, high, low)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _farthest(points, T, axis):  # type: ignore[no-untyped-def]
+    """Largest distance of points from the line through T's origin along an axis."""
+    n = np.zeros(3)
+    for d in range(3):
+        n[d] = T[d, 0] * axis[0] + T[d, 1] * axis[1] + T[d, 2] * axis[2]
+    largest = 0.0
+    for i in range(len(points)):
+        x, y, z = points[i, 0] - T[0, 3], points[i, 1] - T[1, 3], points[i, 2] - T[2, 3]
+        u, v, w = y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
+        largest = max(largest, u * u + v * v + w * w)
+    return np.sqrt(largest)

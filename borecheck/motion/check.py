@@ -1,34 +1,32 @@
-"""Is a motion clear at every instant: robots and scenes handed to the certified search.
+"""Is a motion clear at every instant, and how near does it come: what users ask.
 
-`motion.search` knows frames and surfaces only. Here a robot's joints become its chain,
-its parts and the scene's obstacles become bodies, and needle and patient become a
-passage: they may touch within the plan's corridor, and nowhere else.
+Samples find contact and give curves to look at; `clear` and the least clearance come
+from the certified search alone (`motion.search`, `motion.least_clearance`).
 """
 
 from dataclasses import replace
-from hashlib import sha256
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact.check import Settings
 from borecheck.contact.margin import OFFSET
-from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN
-from borecheck.errors import UsageError
-from borecheck.motion.bounds import FIXED, SLIDES, TURNS, WORLD, Chain
+from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, Closest
+from borecheck.motion.least_clearance import Tolerance, least_clearance
 from borecheck.motion.outcome import PathVerdict
-from borecheck.motion.problem import Body, Passage, PathProblem
+from borecheck.motion.problem import PathProblem
+from borecheck.motion.robot_problem import left_out, path_problem
 from borecheck.motion.samples import (
     DEFAULT_SAMPLES,
     Interval,
     MotionVerdict,
     Progress,
+    Proof,
     checked_waypoints,
     sample_motion,
 )
 from borecheck.motion.search import search
+from borecheck.motion.turns import OpenTurns, held_back, open_turns
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
@@ -37,10 +35,18 @@ Array = NDArray[np.float64]
 
 # Only these ask for the true distance, which is what the certificate bounds.
 CERTIFIABLE = ("exact", "two-sided")
+TOLERANCE = Tolerance()
 
 
 def check_path(
-    robot: Robot, scene: Scene, waypoints: ArrayLike, margin: float = 0.0
+    robot: Robot,
+    scene: Scene,
+    waypoints: ArrayLike,
+    margin: float = 0.0,
+    *,
+    long_way: bool = False,
+    clearance: bool = True,
+    tolerance: Tolerance = TOLERANCE,
 ) -> PathVerdict:
     """The verdict for every instant of a motion, straight between waypoints.
 
@@ -49,92 +55,39 @@ def check_path(
         scene: From `load_scene`.
         waypoints: Configurations, (k, n), [m] and [rad].
         margin: Required clearance to obstacles, [m].
+        long_way: Whether continuous joints go as their numbers do where they turn by
+            half a turn or more; else what happens there is unknown.
+        clearance: Whether to certify the least clearance, too.
+        tolerance: How far the bounds of the least clearance may be apart.
 
     Raises:
         JointLimitError: A waypoint beyond a joint limit.
         UsageError: No waypoint, or a margin that is none.
     """
     points = checked_waypoints(robot, waypoints)
-    return search(path_problem(robot, scene, margin), points)
+    problem = path_problem(robot, scene, margin)
+    found = search(problem, points)
+    turns = None if long_way else open_turns(robot.model, points)
+    if turns is not None:
+        return held_back(found, turns, _touched(problem, points, turns, found))
+    if not clearance:
+        return found
+    return replace(found, least=least_clearance(problem, points, found, tolerance))
 
 
-def path_problem(
-    robot: Robot,
-    scene: Scene,
-    margin: float = 0.0,
-    corridor: Corridor | None = None,
-) -> PathProblem:
-    """Robot and scene as the certified search sees them.
-
-    With a corridor, needle and patient are a passage: they may touch in it alone.
-    """
-    frame_of, chain = chain_of(robot)
-    parts = tuple(
-        Body(part.mesh.name, part.mesh, frame_of[part.link]) for part in robot.parts
-    )
-    obstacles = tuple(Body(o.name, o.mesh, role=o.role) for o in scene.obstacles)
-    passages = tuple(
-        Passage(i, j, corridor)
-        for i, part in enumerate(robot.parts)
-        for j, obstacle in enumerate(scene.obstacles)
-        if corridor is not None and robot.may_enter(part.link, obstacle.role)
-    )
-    return PathProblem(
-        chain,
-        parts,
-        obstacles,
-        robot.self_pairs,
-        margin,
-        passages=passages,
-        allowed=_allowed(robot),
-        doubt=scene.doubt,
-    )
-
-
-def _allowed(robot: Robot) -> tuple[tuple[int, int, str], ...]:
-    """Pairs of parts whose links may touch by the robot's description."""
-    reasons = {frozenset((a, b)): reason for a, b, reason in robot.allowed_contacts}
-    links = [part.link for part in robot.parts]
-    return tuple(
-        (i, j, reasons[frozenset((links[i], links[j]))])
-        for j in range(len(links))
-        for i in range(j)
-        if frozenset((links[i], links[j])) in reasons
-    )
-
-
-def chain_of(robot: Robot) -> tuple[dict[str, int], Chain]:
-    """Frame number of every link, and the chain; the root stands fixed in the scene."""
-    model = robot.model
-    below: dict[str, list[int]] = {}
-    for index, joint in enumerate(model.tree.joints):
-        below.setdefault(joint.parent, []).append(index)
-    root = model.tree.root.name
-    frame_of = {root: 0}
-    rows: list[tuple[int, Array, int, Array, int, float, float]] = [
-        (WORLD, robot.T_scene_root, FIXED, np.array([1.0, 0.0, 0.0]), -1, 1.0, 0.0)
-    ]
-    waiting = [root]
-    while waiting:
-        link = waiting.pop(0)
-        for index in below.get(link, ()):
-            joint = model.tree.joints[index]
-            frame_of[joint.child] = len(rows)
-            source, factor, offset = model.driver(joint.name, joint.type)
-            kind = {"fixed": FIXED, "prismatic": SLIDES}.get(joint.type, TURNS)
-            row = (frame_of[link], joint.origin, kind, joint.axis)
-            rows.append((*row, source, factor, offset))
-            waiting.append(joint.child)
-    parent, origin, kinds, axis, source_, factors, offsets = zip(*rows, strict=True)
-    return frame_of, Chain(
-        np.array(parent),
-        np.array(origin),
-        np.array(kinds),
-        np.array(axis),
-        np.array(source_),
-        np.array(factors),
-        np.array(offsets),
-    )
+def _touched(
+    problem: PathProblem, points: Array, turns: OpenTurns, found: PathVerdict
+) -> str | None:
+    """What touches at an end of a step of which the way is not known, if anything."""
+    if found.verdict != CONTACT:
+        return None
+    for k in sorted({end for step in turns.steps for end in (step, step + 1)}):
+        at = search(problem, points[k : k + 1])
+        if at.verdict == CONTACT:
+            names = at.first_contact[2] if at.first_contact else None
+            what = f"{' and '.join(names)} meet" if names else at.reason
+            return f"waypoint {k + 1}: {what}"
+    return None
 
 
 def check_motion(
@@ -146,6 +99,8 @@ def check_motion(
     corridor: Corridor | None = None,
     samples: int = DEFAULT_SAMPLES,
     certify: bool = True,
+    long_way: bool = False,
+    tolerance: Tolerance = TOLERANCE,
     progress: Progress | None = None,
 ) -> MotionVerdict:
     """The verdict for a motion: samples first, then every instant between them.
@@ -157,7 +112,9 @@ def check_motion(
         chosen: Checker, pruning, margin.
         corridor: Where the needle may be in the patient.
         samples: How many configurations are looked at, waypoints included.
-        certify: Whether to ask for a certificate between the samples.
+        certify: Whether to ask for what holds between the samples.
+        long_way: See `check_path`.
+        tolerance: How far the bounds of the least clearance may be apart.
         progress: Called with samples done and in all.
 
     Raises:
@@ -165,127 +122,97 @@ def check_motion(
         JointLimitError: A waypoint beyond a joint limit.
     """
     points = checked_waypoints(robot, waypoints)
-    sampled = sample_motion(
+    turns = open_turns(robot.model, points)
+    seen = sample_motion(
         robot,
         scene,
         points,
         chosen,
         corridor=corridor,
         samples=samples,
+        turns=None if long_way else turns,
         progress=progress,
     )
-    if not certify or sampled.verdict == CONTACT or len(points) == 1:
-        return sampled
-    return certified(robot, scene, points, chosen, corridor, sampled)
-
-
-def certified(
-    robot: Robot,
-    scene: Scene,
-    points: Array,
-    chosen: Settings,
-    corridor: Corridor | None,
-    sampled: MotionVerdict,
-) -> MotionVerdict:
-    """What the samples said, with what can be certified between them.
-
-    Args:
-        robot: The robot.
-        scene: What stands around it.
-        points: Waypoints, checked, (k, n).
-        chosen: Checker and margin; others than exact and two-sided with a true
-            distance stay sampled.
-        corridor: Where the needle may be in the patient.
-        sampled: The verdict of the samples, without contact.
-    """
-    if chosen.checker not in CERTIFIABLE or chosen.margin.kind != OFFSET:
-        return sampled
+    if turns is not None and long_way:
+        seen = replace(seen, not_covered=(turns.taken,))
+    certifiable = chosen.checker in CERTIFIABLE and chosen.margin.kind == OFFSET
+    if not (certify and certifiable) or len(points) == 1:
+        return seen
     problem = path_problem(robot, scene, chosen.margin.size, corridor)
-    outcome = search(problem, points)
-    first = outcome.first_contact
-    clear = outcome.verdict == CLEAR and all(p.verdict == CLEAR for p in sampled.poses)
+    if seen.verdict == CONTACT:
+        return _within_margin(problem, points, scene, seen, tolerance)
+    proof = Proof(problem, points, search(problem, points), corridor)
+    if turns is not None and not long_way:
+        found = held_back(proof.outcome, turns, None)
+        return _certified(replace(proof, outcome=found), seen)
+    least = least_clearance(
+        problem, points, proof.outcome, tolerance, [seen.fractions[seen.worst]]
+    )
+    found = replace(proof.outcome, least=least)
+    return _nearest(scene, _certified(replace(proof, outcome=found), seen))
+
+
+def _certified(proof: Proof, seen: MotionVerdict) -> MotionVerdict:
+    """What the samples, without contact, said, with what is proven between them."""
+    outcome = proof.outcome
+    clear = outcome.verdict == CLEAR and all(p.verdict == CLEAR for p in seen.poses)
     verdict = outcome.verdict if outcome.verdict != CLEAR or clear else UNKNOWN
-    reason = outcome.reason if verdict == outcome.verdict else sampled.reason
-    if verdict == CLEAR:
-        reason = f"{outcome.reason}; {sampled.poses[sampled.worst].reason}"
+    reason = outcome.reason if verdict == outcome.verdict else seen.reason
+    first = outcome.first_contact if verdict == CONTACT else None
+    if verdict == CLEAR and outcome.least is not None:
+        reason = f"{reason}; nearest: {' to '.join(outcome.least.names)}"
     return replace(
-        sampled,
+        seen,
         verdict=verdict,
         reason=reason,
         qualifiers=outcome.qualifiers,
         certified=clear,
         intervals=tuple(Interval(s.start, s.end, s.verdict) for s in outcome.intervals),
-        first_contact=first[0] if first and verdict == CONTACT else None,
-        not_covered=_left_out(problem),
+        first_contact=first[0] if first else None,
+        begins=first[:2] if first else None,
+        not_covered=(*seen.not_covered, *left_out(proof.problem)),
+        least=outcome.least,
+        proof=proof,
     )
 
 
-def write_path_certificate(
-    robot: Robot,
+def _within_margin(
+    problem: PathProblem,
+    points: Array,
     scene: Scene,
-    waypoints: ArrayLike,
-    margin: float,
-    file: Path,
-    corridor: Corridor | None = None,
-    plan: str = "",
-) -> None:
-    """Writes what anyone needs to check again that a motion is clear.
-
-    The file is JSON; beside it `<name>.npz` holds the meshes it speaks of.
-    `borecheck verify` checks both, sharing no code with the search.
-
-    Args:
-        robot: The robot.
-        scene: What stands around it.
-        waypoints: Configurations, (k, n), [m] and [rad]; straight in each joint.
-        margin: Required clearance to obstacles, [m].
-        file: Where to write it.
-        corridor: Of a needle plan: where the needle may be in the patient.
-        plan: What that plan is called.
-
-    Raises:
-        UsageError: The motion is not proven clear, or has no certificate of a size
-            that anybody would check.
-    """
-    from borecheck.motion.certificate import certificate, write_certificate
-
-    points = checked_waypoints(robot, waypoints)
-    problem = path_problem(robot, scene, margin, corridor)
-    outcome = search(problem, points)
-    if outcome.verdict != CLEAR:
-        raise UsageError(f"there is no certificate to write: {outcome.reason}")
-    about = about_what(robot, scene, corridor, plan)
-    document = certificate(problem, points, outcome, about)
-    if document is None:
-        raise UsageError(
-            "there is no certificate to write: a surface is open, or the motion passes "
-            "so near that thousands of intervals would be needed"
-        )
-    write_certificate(file, document, problem)
-
-
-def about_what(
-    robot: Robot, scene: Scene, corridor: Corridor | None, plan: str
-) -> dict[str, Any]:
-    """What a certificate is called: names of robot, scene and plan."""
-    from borecheck.motion.certificate import corridor_record
-
-    about: dict[str, Any] = {
-        "robot": {
-            "name": robot.name,
-            "arguments": dict(robot.arguments),
-            "urdf_sha256": sha256(robot.urdf_text.encode()).hexdigest(),
-        },
-        "scene": {"name": scene.name, "arguments": dict(scene.arguments)},
-    }
-    if corridor is not None:
-        about["plan"] = {"name": plan, **corridor_record(corridor)}
-    return about
-
-
-def _left_out(problem: PathProblem) -> tuple[str, ...]:
-    """The pairs that nothing was asked about."""
-    return tuple(
-        f"{problem.parts[i].name} and {problem.obstacles[j].name}: not examined"
-        for i, j in sorted(problem.excluded)
+    seen: MotionVerdict,
+    tolerance: Tolerance,
+) -> MotionVerdict:
+    """Samples in contact; if only with the margin, there is a least clearance still."""
+    touching = any(
+        pose.contacts or pose.self_contacts or any(c.holds for c in pose.contained)
+        for pose in seen.poses
     )
+    if touching or problem.margin == 0.0:
+        return seen
+    bare = replace(problem, margin=0.0)
+    least = least_clearance(
+        bare, points, search(bare, points), tolerance, [seen.fractions[seen.worst]]
+    )
+    return _nearest(scene, replace(seen, least=least))
+
+
+def _nearest(scene: Scene, motion: MotionVerdict) -> MotionVerdict:
+    """The motion's verdict with the nearest points of its least clearance."""
+    if motion.least is None:
+        return motion
+    found, (link, name) = motion.least.closest, motion.least.names
+    closest = Closest(
+        link=link,
+        obstacle=name,
+        role=scene.obstacles[motion.least.pair[1]].role,
+        distance=found.lower,
+        upper=motion.least.upper,
+        points=(_point(found.point_self), _point(found.point_other)),
+        triangles=(found.triangle_self, found.triangle_other),
+    )
+    return replace(motion, closest=closest)
+
+
+def _point(values: Array) -> tuple[float, float, float]:
+    return float(values[0]), float(values[1]), float(values[2])

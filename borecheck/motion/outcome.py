@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, AnyVerdict
+from borecheck.geometry.tree.mesh_tree import Closest
 from borecheck.motion.halving import CERTIFIED, TOUCHED, UNDECIDED
 
 Array = NDArray[np.float64]
@@ -30,9 +31,37 @@ class Stretch:
     verdict: str
     pairs: tuple[Names, ...] = ()
 
+    @property
+    def place(self) -> str:
+        """Where it lies, in words."""
+        return f"between {self.start:.4%} and {self.end:.4%} of the motion"
+
     def to_json(self) -> dict[str, Any]:
         """As the contract names it: from, to, verdict."""
         return {"from": self.start, "to": self.end, "verdict": self.verdict}
+
+
+@dataclass(frozen=True, eq=False)
+class LeastClearance:
+    """How near robot and obstacles come to each other during a motion.
+
+    Attributes:
+        lower: They are farther apart than this at every instant: proven, [m].
+        upper: They are this near at one instant, [m].
+        at: That instant, as a fraction of the motion.
+        pair: Indices of part and obstacle there, in the problem.
+        names: Their names.
+        closest: Their nearest points there.
+        within_tolerance: Whether the bounds are as near each other as was asked.
+    """
+
+    lower: float
+    upper: float
+    at: float
+    pair: tuple[int, int]
+    names: Names
+    closest: Closest
+    within_tolerance: bool
 
 
 @dataclass(frozen=True)
@@ -48,6 +77,8 @@ class PathVerdict(AnyVerdict):
         first_contact: Fractions between which contact begins, with the pair; or None.
         worst: Fraction of the path to look at first, or None if all is clear.
         counts: Pairs examined, pieces of time tried, poses judged exactly.
+        least: The certified least clearance to the obstacles; None in contact, where
+            none could be shown, and where it was not asked for.
     """
 
     verdict: str
@@ -58,6 +89,17 @@ class PathVerdict(AnyVerdict):
     first_contact: tuple[float, float, Names] | None
     worst: float | None
     counts: dict[str, int] = field(default_factory=dict)
+    least: LeastClearance | None = None
+
+    @property
+    def clearance_m(self) -> float | None:
+        """Robot and obstacles are farther apart at every instant: proven, [m]."""
+        return None if self.least is None else self.least.lower
+
+    @property
+    def clearance_upper_m(self) -> float | None:
+        """At the instant `least.at` they are this near, [m]."""
+        return None if self.least is None else self.least.upper
 
 
 class Timeline:
@@ -174,7 +216,8 @@ def _judgement(
 ) -> tuple[str, str]:
     if first is not None:
         start, end, names = first
-        return CONTACT, f"{' and '.join(names)} meet {_stretch(start, end)}"
+        where = Stretch(start, end, CONTACT).place
+        return CONTACT, f"{' and '.join(names)} meet {where}"
     if timeline.contained:
         return CONTACT, timeline.contained[0][1]
     if timeline.undecided:
@@ -184,14 +227,10 @@ def _judgement(
         s = left[0]
         why = timeline.notes.get(s.pairs[0], "no gap could be shown there")
         who = " and ".join(s.pairs[0])
-        return UNKNOWN, f"{who} {_stretch(s.start, s.end)}: {why}"
+        return UNKNOWN, f"{who} {s.place}: {why}"
     if pairs == 0:
         return UNKNOWN, "nothing was examined"
     return CLEAR, f"every instant is proven clear for {pairs} pairs"
-
-
-def _stretch(start: float, end: float) -> str:
-    return f"between {start:.4%} and {end:.4%} of the motion"
 
 
 def _first_contact(

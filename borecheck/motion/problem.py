@@ -212,6 +212,11 @@ class PathProblem:
         ]
         return (*against_obstacles, *within_robot)
 
+    @property
+    def obstacle_pair_count(self) -> int:
+        """How many of the pairs, the first ones, are of a part and an obstacle."""
+        return len(self.pairs) - len(self.self_pairs)
+
     @cached_property
     def routes(self) -> tuple[Route, ...]:
         """The way through the chain from the standing to the moving body of a pair."""

@@ -12,8 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact.check import Settings, check_with
-from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, AnyVerdict, Verdict
+from borecheck.contact.verdict import (
+    CLEAR,
+    CONTACT,
+    UNKNOWN,
+    AnyVerdict,
+    Closest,
+    Verdict,
+)
 from borecheck.errors import JointLimitError, UsageError
+from borecheck.motion.outcome import LeastClearance, PathVerdict
+from borecheck.motion.problem import PathProblem
+from borecheck.motion.turns import OpenTurns
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
@@ -38,6 +48,23 @@ class Interval:
 
 
 @dataclass(frozen=True, eq=False)
+class Proof:
+    """The certified search of a motion: what a certificate is written from.
+
+    Attributes:
+        problem: Who must not touch whom.
+        waypoints: The motion, (k, n).
+        outcome: What the search said.
+        corridor: Where the needle may be in the patient.
+    """
+
+    problem: PathProblem
+    waypoints: Array
+    outcome: PathVerdict
+    corridor: Corridor | None
+
+
+@dataclass(frozen=True, eq=False)
 class MotionVerdict(AnyVerdict):
     """The answer for a motion.
 
@@ -50,10 +77,18 @@ class MotionVerdict(AnyVerdict):
         sampled_clear: How many samples are clear.
         certified: Whether every instant is covered by a certificate.
         intervals: Stretches with their verdict.
-        first_contact: Fraction of the first contact seen, or None.
+        first_contact: Fraction where contact begins or, of samples alone, where it is
+            first seen; None without contact.
+        begins: Between which fractions contact is proven to begin; None where samples
+            alone show it.
         worst: Index of the sample with contact or the smallest clearance.
         waypoints: The configurations the motion goes through, (k, n).
         not_covered: What neither samples nor certificate cover.
+        least: The certified least clearance of the whole motion; None in contact, and
+            where none could be shown or was asked for. What samples say has no such
+            name.
+        closest: Robot and obstacle at the instant `least.at`.
+        proof: What the certified search was asked and said; None if it was not asked.
     """
 
     verdict: str
@@ -68,6 +103,10 @@ class MotionVerdict(AnyVerdict):
     worst: int
     waypoints: tuple[tuple[float, ...], ...]
     not_covered: tuple[str, ...] = ()
+    least: LeastClearance | None = None
+    closest: Closest | None = None
+    proof: Proof | None = None
+    begins: tuple[float, float] | None = None
 
 
 def sample_motion(
@@ -78,11 +117,12 @@ def sample_motion(
     *,
     corridor: Corridor | None = None,
     samples: int = DEFAULT_SAMPLES,
+    turns: OpenTurns | None = None,
     progress: Progress | None = None,
 ) -> MotionVerdict:
     """What samples say of the motion that goes straight from waypoint to waypoint.
 
-    Without contact the verdict is `unknown`: see `path_check.check_motion`.
+    Without contact the verdict is `unknown`: see `motion.check.check_motion`.
 
     Args:
         robot: The robot.
@@ -91,6 +131,8 @@ def sample_motion(
         chosen: Checker, pruning, margin.
         corridor: Where the needle may be in the patient.
         samples: How many configurations are looked at, waypoints included.
+        turns: Steps of which the way is not known: contact within one counts only if
+            that is the way.
         progress: Called with samples done and in all.
 
     Raises:
@@ -104,7 +146,7 @@ def sample_motion(
         poses.append(check_with(robot, scene, q, chosen, corridor))
         if progress is not None:
             progress(done + 1, len(fractions))
-    return _sampled(points, fractions, tuple(poses), scene.doubt)
+    return _sampled(points, fractions, tuple(poses), scene.doubt, turns)
 
 
 def checked_waypoints(robot: Robot, waypoints: ArrayLike) -> Array:
@@ -159,15 +201,21 @@ def _sampled(
     fractions: Array,
     poses: tuple[Verdict, ...],
     doubt: str | None,
+    turns: OpenTurns | None,
 ) -> MotionVerdict:
-    verdicts = [pose.verdict for pose in poses]
+    verdicts = [
+        UNKNOWN if turns is not None and turns.hold(fraction) else pose.verdict
+        for fraction, pose in zip(fractions, poses, strict=True)
+    ]
     worst = _worst(poses)
     in_contact = [k for k, verdict in enumerate(verdicts) if verdict == CONTACT]
-    clear = verdicts.count(CLEAR)
+    clear = [pose.verdict for pose in poses].count(CLEAR)
     if in_contact:
         first = in_contact[0]
         verdict, reason = CONTACT, _placed(fractions[first], poses[first])
         qualifiers = poses[first].qualifiers
+    elif turns is not None:
+        verdict, reason, qualifiers = UNKNOWN, turns.reason, ()
     elif clear == len(poses) and len(points) == 1:
         verdict, reason = CLEAR, poses[0].reason
         qualifiers = poses[0].qualifiers

@@ -205,7 +205,7 @@ def _examined_by_distance(
     """Findings in which what was left undecided is examined by true distances."""
     rows: list[tuple[float, float, float]] = []
     looked = 0
-    for begin, end, outcome in _joined(findings):
+    for begin, end, outcome in joined(findings):
         if outcome != path_kernels.UNDECIDED:
             rows.append((begin, end, outcome))
             continue
@@ -223,7 +223,7 @@ def _examined_by_distance(
     return np.array(rows, dtype=np.float64).reshape(-1, 3), looked
 
 
-def _joined(findings: Array) -> list[tuple[float, float, float]]:
+def joined(findings: Array) -> list[tuple[float, float, float]]:
     """Findings in order, neighbouring ones of equal outcome as one."""
     joined: list[tuple[float, float, float]] = []
     for row in findings:

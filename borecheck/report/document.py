@@ -3,6 +3,7 @@
 import json
 import platform
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
@@ -115,11 +116,16 @@ def verdict_block(verdict: "Verdict", joint_names: Sequence[str]) -> dict[str, A
 
 
 def motion_block(motion: "MotionVerdict", joint_names: Sequence[str]) -> dict[str, Any]:
-    """A motion's answer: the deciding pose's fields, and `path` with every sample."""
+    """A motion's answer: the worst pose's fields, and `path` with every sample.
+
+    `clearance_m`, `clearance_upper_m`, `closest` and `q` are those of the certified
+    least clearance of the whole motion, or null: what samples say has no such name.
+    """
     poses = [verdict_block(pose, joint_names) for pose in motion.poses]
     worst = poses[motion.worst]
     return {
         **worst,
+        **_least_block(motion, joint_names),
         "verdict": motion.verdict,
         "reason": motion.reason,
         "qualifiers": list(motion.qualifiers),
@@ -133,17 +139,59 @@ def motion_block(motion: "MotionVerdict", joint_names: Sequence[str]) -> dict[st
             "samples": len(poses),
             "intervals": [interval.to_json() for interval in motion.intervals],
             "first_contact": motion.first_contact,
+            "contact_begins": _stretch(motion.begins),
             "worst": {
                 "fraction": motion.fractions[motion.worst],
-                "clearance_m": worst["clearance_m"],
+                "sampled_clearance_m": worst["clearance_m"],
                 "closest": worst["closest"],
             },
+            "least": _least_instant(motion),
             "fractions": list(motion.fractions),
             "poses": poses,
             "waypoints": [
                 dict(zip(joint_names, q, strict=True)) for q in motion.waypoints
             ],
         },
+    }
+
+
+def _least_block(motion: "MotionVerdict", joint_names: Sequence[str]) -> dict[str, Any]:
+    """The certified least clearance; a single pose has its own."""
+    if len(motion.waypoints) == 1 or motion.least is None:
+        pose = motion.poses[0].closest if len(motion.waypoints) == 1 else None
+        return {
+            "clearance_m": motion.poses[0].clearance_m if pose else None,
+            "clearance_upper_m": pose.upper if pose else None,
+            "closest": None if pose is None else asdict(pose),
+        }
+    least = motion.least
+    import numpy as np
+
+    from borecheck.motion.samples import configurations_at
+
+    q = configurations_at(np.array(motion.waypoints), np.array([least.at]))[0]
+    return {
+        "clearance_m": least.lower,
+        "clearance_upper_m": least.upper,
+        "closest": None if motion.closest is None else asdict(motion.closest),
+        "q": dict(zip(joint_names, q.tolist(), strict=True)),
+    }
+
+
+def _stretch(ends: tuple[float, float] | None) -> dict[str, float] | None:
+    return None if ends is None else {"from": ends[0], "to": ends[1]}
+
+
+def _least_instant(motion: "MotionVerdict") -> dict[str, Any] | None:
+    """At which instant the motion comes nearest, and how sharp that is."""
+    least = motion.least
+    if least is None:
+        return None
+    return {
+        "fraction": least.at,
+        "clearance_m": least.lower,
+        "clearance_upper_m": least.upper,
+        "within_tolerance": least.within_tolerance,
     }
 
 

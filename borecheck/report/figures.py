@@ -10,6 +10,8 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
+from borecheck.report.motion_words import at_least
+
 WIDTH, HEIGHT = 760, 270
 LEFT, RIGHT, TOP, BOTTOM = 58, 14, 14, 58
 # Curves of single links, nearest first: more than these cannot be told apart.
@@ -43,7 +45,12 @@ def clearance_plot(
     parts = [axes.grid("along the path [%]", "clearance [mm]", 20.0)]
     parts += [_stretches(path["intervals"], axes)]
     if margin_m > 0.0:
-        parts.append(_margin_line(axes, 1e3 * margin_m))
+        name = f"margin {1e3 * margin_m:g} mm"
+        parts.append(_level(axes, 1e3 * margin_m, name))
+    if path.get("least") is not None:
+        proven = path["least"]["clearance_m"]
+        name = f"never nearer, proven: {at_least(proven)}"
+        parts.append(_level(axes, 1e3 * proven, name, "least"))
     for k, curve in enumerate(links.values()):
         parts.append(_line(axes, curve, f"curve link c{k}"))
     parts.append(_line(axes, whole, "curve whole"))
@@ -129,12 +136,13 @@ def _line(axes: Axes, points: Points, classes: str) -> str:
     return f'<polyline class="{classes}" points="{places}"/>'
 
 
-def _margin_line(axes: Axes, margin_mm: float) -> str:
-    y = axes.y(margin_mm)
+def _level(axes: Axes, height_mm: float, name: str, kind: str = "margin") -> str:
+    """A line across the plot, with its name above its end."""
+    y = axes.y(height_mm)
     return (
-        f'<line class="margin" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" '
-        f'y2="{y:.1f}"/><text class="margin-name" x="{WIDTH - RIGHT - 4}" '
-        f'y="{y - 5:.1f}" text-anchor="end">margin {margin_mm:g} mm</text>'
+        f'<line class="{kind}" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" '
+        f'y2="{y:.1f}"/><text class="{kind}-name" x="{WIDTH - RIGHT - 4}" '
+        f'y="{y - 5:.1f}" text-anchor="end">{name}</text>'
     )
 
 
@@ -170,7 +178,7 @@ def _contact_marks(
 
 
 def _legend(links: Mapping[str, Points], margin_m: float) -> Markup:
-    entries = [("whole", "robot as a whole")]
+    entries = [("whole", "robot as a whole, straight between the poses sampled")]
     entries += [(f"link c{k}", name) for k, name in enumerate(links)]
     items = [_key(f"curve {classes}", name) for classes, name in entries]
     for verdict, name in (("clear", "proven clear"), ("unknown", "not proven")):

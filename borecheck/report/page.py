@@ -17,6 +17,7 @@ from typing import Any
 
 from borecheck.core.result_file import RESULT_ID
 from borecheck.errors import BorecheckError
+from borecheck.report.motion_words import at_least, at_most
 
 TEMPLATES = Path(__file__).parent / "templates"
 ASSETS = Path(__file__).parent / "assets"
@@ -144,6 +145,8 @@ def _environment() -> Any:
         lstrip_blocks=True,
     )
     environment.filters["mm"] = millimetres
+    environment.filters["at_least"] = at_least
+    environment.filters["at_most"] = at_most
     environment.filters["thousands"] = lambda number: f"{number:,}"
     environment.filters["percent"] = lambda share: f"{100.0 * share:.1f} %"
     environment.filters["sentence"] = lambda text: f"{text[:1].upper()}{text[1:]}"

@@ -7,6 +7,7 @@ from markupsafe import Markup
 
 from borecheck.report.checked_words import bodies
 from borecheck.report.figures import clearance_plot
+from borecheck.report.motion_words import motion_lines
 from borecheck.report.pictures import pictures_at
 from borecheck.report.probability_words import lines as probability_lines
 
@@ -73,7 +74,10 @@ def _motion(
         "worst": worst,
         "pose": poses[worst] if reachable else None,
         "fraction": path["fractions"][worst] if path else None,
-        "clearance": _least(poses) if reachable else None,
+        "clearance": _least(block) if reachable else None,
+        "least": (path or {}).get("least"),
+        "at": _instant(block) if reachable else None,
+        "said": motion_lines(block) if path else [],
         "links": _links(poses) if reachable else [],
         "touching": _touching(poses[worst]) if reachable else [],
         "margin": document["margin_m"],
@@ -88,11 +92,19 @@ def _worst_pose(path: Mapping[str, Any]) -> int:
     return fractions.index(path["worst"]["fraction"])
 
 
-def _least(poses: Sequence[Mapping[str, Any]]) -> float | None:
-    if any(c["state"] != "unknown" for p in poses for c in p["contained"]):
+def _least(block: Mapping[str, Any]) -> float | None:
+    """Of a motion the certified least clearance; 0 in contact, None if not known."""
+    if any(c["state"] != "unknown" for c in block["contained"]):
         return 0.0  # a solid holds another, however far apart their surfaces are
-    found = [p["clearance_m"] for p in poses if p["clearance_m"] is not None]
-    return min(found) if found else None
+    source = block if "path" not in block else block["path"].get("least") or {}
+    least: float | None = source.get("clearance_m")
+    return 0.0 if least is None and block["verdict"] == "contact" else least
+
+
+def _instant(block: Mapping[str, Any]) -> float | None:
+    """At which fraction of a motion the least clearance is, if it is known."""
+    least = block.get("path", {}).get("least")
+    return None if least is None else float(least["fraction"])
 
 
 def _badness(motion: Mapping[str, Any]) -> tuple[int, float]:

@@ -5,6 +5,7 @@ from typing import Any
 
 from borecheck.core.text import in_lines, printable
 from borecheck.report.checked_words import lines as checked_lines
+from borecheck.report.motion_words import at_least, motion_lines
 from borecheck.report.probability_words import cells as probability_cells
 from borecheck.report.probability_words import lines as probability_lines
 
@@ -39,7 +40,7 @@ def _plans_text(document: Mapping[str, Any]) -> str:
             (
                 plan["name"],
                 MARKS[plan["verdict"]],
-                "none" if touches else millimetres(least),
+                "none" if touches else at_least(least),
                 *(probability_cells(plan) if asked else ()),
                 plan["reason"],
             )
@@ -49,7 +50,8 @@ def _plans_text(document: Mapping[str, Any]) -> str:
     if "each_plan" in document:
         lines += [
             f"each plan is one motion: {document['each_plan']}",
-            "least clearance: of the poses sampled; CLEAR holds at every instant",
+            "least clearance: proven of the whole motion; the needle in the patient "
+            "does not count where the plan has it",
         ]
     lines += ["", *table(rows), "", *_certificate_table(document)]
     lines += _warning_lines(document)
@@ -61,7 +63,7 @@ def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
     qualifiers = ", ".join(document["qualifiers"])
     mark = MARKS[document["verdict"]] + (f" ({qualifiers})" if qualifiers else "")
     lines = [f"{mark}: {document['reason']}"]
-    if document["closest"] is not None:
+    if document["closest"] is not None and "path" not in document:
         closest = document["closest"]
         within = document["self_contacts"] or document["contained"]
         what = "clearance to the obstacles" if within else "clearance"
@@ -72,7 +74,7 @@ def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
         )
     lines += _contact_lines(document)
     if "path" in document:
-        lines += _path_lines(document["path"])
+        lines += motion_lines(document)
         lines += _certificate_line(document)
     examined, pruned = document["pairs_examined"], document["pairs_pruned"]
     lines.append(
@@ -125,23 +127,6 @@ def _contact_lines(document: Mapping[str, Any]) -> list[str]:
         lines.append(f"  and {len(pairs) - SHOWN} more pairs (all are in the JSON)")
     for found in document["contained"]:
         lines.append(f"  {found['link']}, {found['obstacle']}: {found['reason']}")
-    return lines
-
-
-def _path_lines(path: Mapping[str, Any]) -> list[str]:
-    lines = [
-        f"{path['sampled_clear']} of {path['samples']} samples clear; "
-        + ("certified between them" if path["certified"] else "not certified between")
-    ]
-    if path["first_contact"] is not None:
-        lines.append(f"first contact at {path['first_contact']:.1%} of the motion")
-    worst = path["worst"]
-    if worst["closest"] is not None:
-        lines.append(
-            f"least clearance {millimetres(worst['clearance_m'])} at "
-            f"{worst['fraction']:.1%}: {worst['closest']['link']} to "
-            f"{worst['closest']['obstacle']}"
-        )
     return lines
 
 

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import UsageError
-from borecheck.motion.check import path_problem
 from borecheck.motion.problem import PathProblem
+from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.samples import checked_waypoints
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.robot import Robot

@@ -18,7 +18,7 @@ from borecheck.core.se3 import axis_rotation
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion.bounds import Chain
-from borecheck.motion.check import chain_of
+from borecheck.motion.robot_problem import chain_of
 from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot, complete_arguments, robot_with
 from borecheck.robots.robot_file import read_urdf

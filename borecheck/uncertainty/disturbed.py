@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.core.se3 import inverse
 from borecheck.motion.bounds import Chain
-from borecheck.motion.check import chain_of
 from borecheck.motion.halving import place_all
+from borecheck.motion.robot_problem import chain_of
 from borecheck.robots.robot import Robot
 from borecheck.uncertainty.covariance import REGISTRATION, Uncertainty
 from borecheck.uncertainty.dimensions import STEP, dimensions_of, rotation

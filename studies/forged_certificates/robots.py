@@ -12,7 +12,8 @@ import borecheck as bc
 from borecheck.errors import BorecheckError
 from borecheck.motion.binding import expected
 from borecheck.motion.certificate import bodies_of, certificate
-from borecheck.motion.check import about_what, path_problem
+from borecheck.motion.certify import about_what
+from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.search import search
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan

@@ -304,10 +304,10 @@ def test_a_pose_and_samples_alone_have_none(capsys, tmp_path):
 def test_an_interrupted_write_keeps_what_is_written(capsys, monkeypatch, tmp_path):
     real = certificate_files._write
 
-    def interrupted_at_the_second(block, *rest):
-        if block["name"] != "vertical":
+    def interrupted_at_the_second(*words):
+        if words[-1] != "vertical":
             raise KeyboardInterrupt
-        real(block, *rest)
+        real(*words)
 
     monkeypatch.setattr(certificate_files, "_write", interrupted_at_the_second)
     rows = (CLEAR, OTHER, OTHER.replace("left side", "again"))

@@ -6,7 +6,7 @@ from borecheck.contact.many_poses import breadth_first, prepared
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.check import chain_of
+from borecheck.motion.robot_problem import chain_of
 from borecheck.robots.scene import Obstacle, Scene
 from tests.places import ROBOTS
 

@@ -67,7 +67,7 @@ def test_a_limit_too_small_is_unknown_and_says_so():
 
 
 def bc_problem(robot, scene):
-    from borecheck.motion.check import path_problem
+    from borecheck.motion.robot_problem import path_problem
 
     return path_problem(robot, scene)
 

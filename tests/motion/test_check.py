@@ -15,8 +15,9 @@ from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion import halving as path_kernels
 from borecheck.motion.bounds import SLIDES, TURNS, Chain
 from borecheck.motion.certificate import certificate
-from borecheck.motion.check import chain_of, check_path, path_problem
+from borecheck.motion.check import check_path
 from borecheck.motion.problem import Body, PathProblem
+from borecheck.motion.robot_problem import chain_of, path_problem
 from borecheck.motion.search import search
 from borecheck.verify.check import verify
 from studies import paths

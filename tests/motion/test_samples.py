@@ -8,8 +8,9 @@ from borecheck.contact.check import check_with, settings
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.check import chain_of, check_motion, path_problem
+from borecheck.motion.check import check_motion
 from borecheck.motion.halving import place_all
+from borecheck.motion.robot_problem import chain_of, path_problem
 from borecheck.motion.samples import configurations_at, sample_fractions, sample_motion
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.scene import Obstacle, Scene

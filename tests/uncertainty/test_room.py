@@ -6,8 +6,8 @@ from scipy.stats import chi2, kstest
 
 from borecheck.contact.verdict import CLEAR
 from borecheck.motion.bounds import WORLD, route
-from borecheck.motion.check import path_problem
 from borecheck.motion.problem import PathProblem
+from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.search import search
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.plans.plan_motion import plan_motion

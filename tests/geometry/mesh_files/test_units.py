@@ -12,7 +12,9 @@ from borecheck.contact.check import settings
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import write_stl
-from borecheck.motion.check import check_motion, path_problem, write_path_certificate
+from borecheck.motion.certify import write_path_certificate
+from borecheck.motion.check import check_motion
+from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.search import search
 from borecheck.uncertainty.contact_probability import contact_probability
 from borecheck.uncertainty.covariance import from_document
