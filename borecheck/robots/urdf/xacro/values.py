@@ -19,6 +19,7 @@ MAX_KEY = 2**61 - 1  # from here on whole numbers share their hashes
 MAX_FIELD_DIGITS = 3  # of a width or precision in a format
 
 _COLLECTIONS = (list, tuple, dict, set, frozenset)
+_LIGHT = frozenset({bool, float, type(None)})  # of these nothing is to be asked
 _PLAIN = (bool, int, float, complex, str, type(None), range, slice)
 _FIELD = re.compile(r"%[-+ #0]*(\d*)(?:\.(\d*))?([a-zA-Z%]?)")
 
@@ -118,6 +119,8 @@ def weigh(value: Any, budget: Budget) -> None:
     Raises:
         ExpressionError: It is no value, too large, or the budget is spent.
     """
+    if type(value) in _LIGHT or type(value) is int:
+        return
     if isinstance(value, str):
         _refuse_size(len(value))
         budget.spend(len(value) // 64)
@@ -133,7 +136,7 @@ def checked(value: Any, budget: Budget) -> Any:
     Raises:
         ExpressionError: It is neither.
     """
-    if type(value) is float:
+    if type(value) in _LIGHT:
         return value
     check_kind(value)
     if isinstance(value, int) and value.bit_length() > MAX_BITS:
