@@ -11,6 +11,7 @@ from borecheck.errors import BorecheckError, UsageError
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.robots.description import RobotDescription, hook
+from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot
 
 Array = NDArray[np.float64]
@@ -109,6 +110,17 @@ def check_mount(robot: Robot, plan: NeedlePlan) -> None:
         )
 
 
+def nearest_turn(model: RobotModel, q: Array, before: Array) -> Array:
+    """The same configuration, continuous joints within half a turn of where they were.
+
+    Inverse kinematics gives angles within one turn; from 3.1 to -3.1 rad the joint is
+    meant to go the short way.
+    """
+    turns = np.array([joint.type == "continuous" for joint in model.free_joints])
+    whole = 2.0 * np.pi * np.round((before - q) / (2.0 * np.pi))
+    return np.where(turns, q + whole, q)
+
+
 class _Solver:
     """Inverse kinematics along a line, staying on one branch."""
 
@@ -139,8 +151,11 @@ class _Solver:
         if not found.configurations:
             reasons = " | or: ".join(found.rejected) or "no solution"
             raise UnreachableError(f"plan {self._plan.name} is out of reach: {reasons}")
-        options = [self._in_urdf(np.asarray(q)) for q in found.configurations]
         before = self.waypoints[-1] if self.waypoints else self._robot.home
+        options = [
+            nearest_turn(self._robot.model, self._in_urdf(np.asarray(q)), before)
+            for q in found.configurations
+        ]
         self.waypoints.append(
             min(options, key=lambda q: float(np.linalg.norm(q - before)))
         )

@@ -46,11 +46,11 @@ def clearance_plot(
     parts += [_stretches(path["intervals"], axes)]
     if margin_m > 0.0:
         name = f"margin {1e3 * margin_m:g} mm"
-        parts.append(_level(axes, 1e3 * margin_m, name))
+        parts.append(_level(axes, 1e3 * margin_m, "margin", name))
     if path.get("least") is not None:
         proven = path["least"]["clearance_m"]
         name = f"never nearer, proven: {at_least(proven)}"
-        parts.append(_level(axes, 1e3 * proven, name, "least"))
+        parts.append(_level(axes, 1e3 * proven, "least", name))
     for k, curve in enumerate(links.values()):
         parts.append(_line(axes, curve, f"curve link c{k}"))
     parts.append(_line(axes, whole, "curve whole"))
@@ -136,13 +136,14 @@ def _line(axes: Axes, points: Points, classes: str) -> str:
     return f'<polyline class="{classes}" points="{places}"/>'
 
 
-def _level(axes: Axes, height_mm: float, name: str, kind: str = "margin") -> str:
-    """A line across the plot, with its name above its end."""
-    y = axes.y(height_mm)
+def _level(axes: Axes, height_mm: float, kind: str, name: str) -> str:
+    """A line across the plot, named above its right end; the least one, its left."""
+    y, at_left = axes.y(height_mm), kind == "least"
+    x, anchor = (LEFT + 4, "start") if at_left else (WIDTH - RIGHT - 4, "end")
     return (
         f'<line class="{kind}" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" '
-        f'y2="{y:.1f}"/><text class="{kind}-name" x="{WIDTH - RIGHT - 4}" '
-        f'y="{y - 5:.1f}" text-anchor="end">{name}</text>'
+        f'y2="{y:.1f}"/><text class="{kind}-name" x="{x}" '
+        f'y="{y - 5:.1f}" text-anchor="{anchor}">{name}</text>'
     )
 
 

@@ -22,7 +22,7 @@ def motion_lines(block: Mapping[str, Any]) -> list[str]:
     worst = path["worst"]
     if path.get("least") is not None:
         lines.append(least_line(path["least"], closest))
-    elif worst["closest"] is not None and "sampled_clearance_m" in worst:
+    elif worst["closest"] is not None and worst.get("sampled_clearance_m"):
         nearest = worst["closest"]
         lines.append(
             "nearest of the poses sampled: "

@@ -11,6 +11,7 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.motion.certify import write_path_certificate
 from borecheck.motion.check import check_motion, check_path
 from borecheck.motion.turns import open_turns
+from borecheck.plans.plan_motion import nearest_turn
 from borecheck.robots.scene import Obstacle, Scene
 from tests.test_cli import run
 
@@ -152,3 +153,22 @@ def test_the_command_asks_for_the_way(capsys, turn, tmp_path):
     status, out, _ = run(capsys, *words, "--long-way")
     assert status == 0
     assert "not covered: that the controller turns continuous joint spin" in out
+
+
+def test_a_plan_s_continuous_joint_goes_the_short_way(tmp_path):
+    robot = robot_of(
+        tmp_path,
+        joint("spin", "base", "one"),
+        joint("elbow", "one", "two", "revolute"),
+    )
+    rng = np.random.default_rng(5)
+    q = np.array([3.1, 3.1])
+    for wrapped in rng.uniform(-np.pi, np.pi, (50, 2)):
+        after = nearest_turn(robot.model, wrapped, q)
+        assert after[1] == wrapped[1]  # a joint with limits is where it is said to be
+        assert np.cos(after[0] - wrapped[0]) == pytest.approx(1.0)
+        assert abs(after[0] - q[0]) <= np.pi + 1e-9
+        q = after
+    assert nearest_turn(robot.model, np.array([-3.1, 0.0]), np.array([3.1, 0.0]))[
+        0
+    ] == pytest.approx(2.0 * np.pi - 3.1)
