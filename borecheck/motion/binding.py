@@ -19,6 +19,7 @@ from borecheck.motion.certify import about_what
 from borecheck.motion.problem import PathProblem, path_motion
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.samples import checked_waypoints
+from borecheck.motion.turns import open_turns
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.plans.plan_motion import plan_motion
@@ -149,12 +150,14 @@ def expected(
         body.mesh.sha256: (body.mesh.vertices, body.mesh.triangles)
         for body in bodies_of(problem)
     }
+    turns = open_turns(robot.model, points)
+    taken = () if turns is None else (turns.taken,)
     return Expected(
         f"{robot.name} in {scene.name}, {motion}, margin {1e3 * margin:g} mm",
         statement(problem, points, about),
         meshes,
         problem.doubt or _other_kinematics(robot, problem, points),
-        NOT_KNOWN,
+        (*NOT_KNOWN, *taken),
     )
 
 

@@ -136,6 +136,9 @@ def test_no_certificate_of_an_open_way(turn, tmp_path):
         write_path_certificate(turn, pin(np.pi), [[3.0], [-3.0]], 0.0, file)
     write_path_certificate(turn, pin(np.pi), [[3.0], [-3.0]], 0.0, file, long_way=True)
     assert bc.verify(file).accepted
+    bound = bc.verify(file, turn, pin(np.pi), waypoints=[[3.0], [-3.0]])
+    assert bound.accepted
+    assert any("spin" in text for text in bound.not_known)
 
 
 def test_the_command_asks_for_the_way(capsys, turn, tmp_path):
