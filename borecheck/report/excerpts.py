@@ -4,6 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from borecheck.core.text import printable
+from borecheck.robots.urdf.source import text_of
+
 # Lines before and after the finding's own.
 AROUND = 1
 # A minified file is one line; so much of it is shown.
@@ -45,6 +48,6 @@ def _excerpt(
 
 def _lines(path: Path) -> list[str]:
     try:
-        return path.read_text(encoding="utf-8", errors="replace").splitlines()
+        return [printable(line) for line in text_of(path.read_bytes()).split("\n")]
     except OSError:
         return []

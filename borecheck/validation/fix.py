@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
+from borecheck.core.text import printable
 from borecheck.core.whole_files import write_all
 from borecheck.errors import UsageError
 from borecheck.robots.urdf.draft import DraftShape, first
@@ -63,19 +64,35 @@ def fix_files(files: Mapping[str, Options], *, write: bool) -> int:
         path = Path(file)
         robot, suppressions = load_file(path, options)
         if isinstance(robot, Finding):
-            sys.stderr.write(f"{file}: {robot.message}\n")
+            sys.stderr.write(f"{printable(file)}: {robot.message}\n")
+            status = COULD_NOT
+            continue
+        before = path.read_bytes()
+        if not _is_plain(before, robot):
+            problem = "--fix changes UTF-8 text that begins with its first tag"
+            sys.stderr.write(f"{printable(file)}: {problem}\n")
             status = COULD_NOT
             continue
         edits = [e for e in edits_of(robot) if not _is_silent(robot, e, suppressions)]
-        before = path.read_bytes()
         after = fixed_text(before, robot, edits)
-        sys.stdout.write(diff(path, after))
+        sys.stdout.write(printable(diff(path, after), keep="\t\r\n"))
         if after != before:
             texts[path] = after
             meshes |= _meshes(edits)
     if write:
         write_all(meshes | texts)
     return status
+
+
+def _is_plain(raw: bytes, robot: Robot) -> bool:
+    """Whether places in the text are places in the file: UTF-8, and nothing stray."""
+    coding = robot.root.getroottree().docinfo.encoding or "UTF-8"
+    try:
+        raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    is_stray = any(defect.kind == "stray" for defect in robot.source.defects)
+    return not is_stray and coding.upper() in ("UTF-8", "US-ASCII", "ASCII")
 
 
 def edits_of(robot: Robot) -> list[Edit]:

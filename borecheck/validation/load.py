@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from borecheck.core.text import printable
 from borecheck.errors import UrdfError
 from borecheck.robots.urdf import source as urdf_source
 from borecheck.robots.urdf.xacro import is_xacro
@@ -83,10 +84,10 @@ def _stopped(code: str, error: UrdfError, file: str, options: Options) -> Findin
         code=code,
         severity=check.levels[options.profile],
         tier=check.tier,
-        element="" if where.startswith("line ") else where,
+        element="" if where.startswith("line ") else printable(where),
         file=named or file,
         line=int(number),
-        message=f"{where}: {error.problem}" if where else error.problem,
+        message=printable(f"{where}: {error.problem}" if where else error.problem),
         why=check.why,
         hint=check.mend,
         libraries=check.libraries,

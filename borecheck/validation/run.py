@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from borecheck.core.text import printable
 from borecheck.validation.catalogue import all_checks, find_check
 from borecheck.validation.codes import codes_of
 from borecheck.validation.config import Settings, find_settings, options_with
@@ -90,7 +91,7 @@ def not_read(path: Path, problem: str, options: Options) -> Finding:
         element="",
         file=str(path),
         line=1,
-        message=problem,
+        message=printable(problem),
         why=check.why,
         hint=check.mend,
         libraries=check.libraries,
@@ -152,12 +153,12 @@ def _finding(check: Check, robot: Robot, hit: Hit) -> Finding:
         code=check.code,
         severity=hit.severity or check.levels[robot.options.profile],
         tier=check.tier,
-        element=place.path,
+        element=printable(place.path),
         file=place.file,
         line=place.line,
-        message=hit.message,
+        message=printable(hit.message),
         why=check.why,
-        hint=hit.hint or check.mend,
+        hint=printable(hit.hint or check.mend),
         libraries=check.libraries,
         name=check.name,
         attribute=hit.attribute,

@@ -37,6 +37,7 @@ _WIDE = {
     b"\0<": "utf-16-be",
 }
 _DECLARED = re.compile(rb"""^(\s*<\?xml[^>]*?)\s+encoding\s*=\s*["'][^"']*["']""")
+_CODING = re.compile(rb"""<\?xml[^>]*?\sencoding\s*=\s*["']([^"']*)["']""")
 _VERSION = re.compile(rb"""(<\?xml[^>]*?version\s*=\s*["'])([^"']*)(["'])""")
 
 
@@ -226,6 +227,17 @@ def read(
     text = data if isinstance(data, str) else _decoded(raw, root)
     _check_limits(root, text, file)
     return Source(file, text, root, (*stray, *version, *prefixes), tuple(origins))
+
+
+def text_of(raw: bytes) -> str:
+    """A file's text for showing: what is no text in its coding is replaced."""
+    wide = next((c for mark, c in _WIDE.items() if raw.startswith(mark)), None)
+    declared = _CODING.match(raw[:200].lstrip(_MARK + _BLANK))
+    coding = wide or (declared[1].decode("ascii", "replace") if declared else "utf-8")
+    try:
+        return raw.removeprefix(_MARK).decode(coding, "replace")
+    except (LookupError, UnicodeError):
+        return raw.decode("utf-8", "replace")
 
 
 def without_stray(raw: bytes) -> tuple[bytes, tuple[SourceDefect, ...]]:

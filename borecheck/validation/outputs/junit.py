@@ -4,9 +4,12 @@ import re
 from collections.abc import Mapping, Sequence
 from xml.sax.saxutils import escape, quoteattr
 
+from borecheck.core.text import in_lines, printable
 from borecheck.validation.findings import Finding, Severity
+from borecheck.validation.outputs.text import shown_file
 
-_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+# Of XML; what else does not show is escaped before.
+_FORBIDDEN = re.compile("[^\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def as_junit(
@@ -46,8 +49,9 @@ def _suite(file: str, findings: Sequence[Finding], fail_on: Severity | None) -> 
 def _case(finding: Finding, fail_on: Severity | None) -> str:
     name = f"{finding.code} {finding.element} line {finding.line}"
     head = f"    <testcase classname={_attribute(finding.file)} name={_attribute(name)}"
-    text = f"{finding.file}:{finding.line}: {finding.severity}: {finding.message}"
-    told = _FORBIDDEN.sub("?", escape(f"{text}\n{finding.why}\n{finding.hint}"))
+    where = f"{shown_file(finding.file)}:{finding.line}"
+    text = f"{where}: {finding.severity}: {finding.message}"
+    told = _FORBIDDEN.sub("?", escape(in_lines([text, finding.why, finding.hint])))
     if not _fails(finding, fail_on):
         return f"{head}>\n      <system-out>{told}</system-out>\n    </testcase>\n"
     message = _attribute(finding.message)
@@ -61,4 +65,4 @@ def _fails(finding: Finding, fail_on: Severity | None) -> bool:
 
 
 def _attribute(value: object) -> str:
-    return quoteattr(_FORBIDDEN.sub("?", str(value)))
+    return quoteattr(_FORBIDDEN.sub("?", printable(value)))

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 
+from borecheck.core.text import printable
 from borecheck.validation.findings import Finding
 from borecheck.validation.outputs.text import summary
 
@@ -36,5 +37,5 @@ def _row(finding: Finding) -> str:
 
 def _plain(text: str) -> str:
     """Text that Markdown and HTML leave as it is."""
-    escaped = re.sub(r"([\\`*_\[\]|#])", r"\\\1", " ".join(text.split()))
+    escaped = re.sub(r"([\\`*_\[\]|#])", r"\\\1", printable(" ".join(text.split())))
     return escaped.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TextIO
 
-from borecheck.robots.urdf.source import LONGEST_TAG
+from borecheck.core.text import printable
+from borecheck.robots.urdf.source import LONGEST_TAG, text_of
 from borecheck.validation.findings import Finding, Severity
 
 _COLOURS = {Severity.ERROR: "31", Severity.WARNING: "33", Severity.INFO: "36"}
@@ -49,16 +50,26 @@ def _block(
     severity = str(finding.severity)
     if colour:
         severity = f"\033[{_COLOURS[finding.severity]};1m{severity}\033[0m"
+    file, message = shown_file(finding.file), printable(finding.message)
     if finding.code == _NOT_READ and not _is_there(finding.file):
-        return f"{finding.file}: {severity}: {finding.code}: {finding.message}"
-    element = f" [{finding.element}]" if finding.element else ""
-    where = f"{finding.file}:{finding.line}"
-    lines = [f"{where}: {severity}: {finding.code}: {finding.message}{element}"]
+        return f"{file}: {severity}: {finding.code}: {message}"
+    element = f" [{printable(finding.element)}]" if finding.element else ""
+    where = f"{file}:{finding.line}"
+    lines = [f"{where}: {severity}: {finding.code}: {message}{element}"]
     if sources is not None:
         lines += sources.excerpt(finding)
     if explain:
         lines += _told(finding)
     return "\n".join(lines)
+
+
+def shown_file(file: str) -> str:
+    """A file's name as a line may begin with it.
+
+    Build servers read lines that begin with `::` or `##` as commands to them.
+    """
+    text = printable(file)
+    return f"./{text}" if text.startswith((":", "#")) else text
 
 
 def _is_there(file: str) -> bool:
@@ -70,7 +81,7 @@ def _is_there(file: str) -> bool:
 
 def _told(finding: Finding) -> list[str]:
     lines = [f"    why: {finding.why}"] if finding.why else []
-    lines += [f"    mend: {finding.hint}"] if finding.hint else []
+    lines += [f"    mend: {printable(finding.hint)}"] if finding.hint else []
     if finding.libraries:
         lines.append(f"    libraries: {'; '.join(finding.libraries)}")
     return lines
@@ -106,7 +117,7 @@ class _Sources:
         if not 0 <= at < len(lines):
             return []
         at = _line_of(lines, at, finding)
-        text = lines[at].rstrip().replace("\t", " ")
+        text = printable(lines[at].rstrip().replace("\t", " "))
         if not text:
             return []
         start, length = _span(text, finding)
@@ -122,7 +133,7 @@ class _Sources:
     def _of(self, file: str) -> list[str]:
         if file not in self._lines:
             try:
-                text = Path(file).read_text(encoding="utf-8", errors="replace")
+                text = text_of(Path(file).read_bytes())
             except (OSError, ValueError):
                 text = ""
             self._lines[file] = text.split("\n")
