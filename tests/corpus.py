@@ -1,6 +1,7 @@
 """The corpus of URDF files: what is expected of each, and what is found."""
 
 import tomllib
+from functools import cache
 from pathlib import Path
 
 from borecheck.validation import Finding, validate_file
@@ -37,8 +38,9 @@ def options_of(path: Path) -> dict[str, object]:
     return options
 
 
+@cache
 def findings_of_case(path: Path) -> list[Finding]:
-    """What is found in a case."""
+    """What is found in a case; not to be changed."""
     return validate_file(path, configured=False, **options_of(path))
 
 

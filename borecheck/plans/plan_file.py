@@ -1,8 +1,9 @@
 """Files of needle plans, CSV and JSON, read strictly and written exactly.
 
 CSV: a header with `name,entry_x,entry_y,entry_z,target_x,target_y,target_z` in any
-order, in metres in the scanner's frame, and optionally `roll` ([rad], or `15deg`) and
-`mount` (+90 or -90). JSON: the same fields, a list of such plans or an object with
+order, in the scanner's frame, in metres or in the unit that all of them end in
+(`entry_x_mm` ...), and optionally `roll` ([rad], or `15deg`) and `mount` (+90 or -90).
+JSON: the same fields, a list of such plans or an object with
 `plans`; `unit` (m, mm ...), `frame` (scanner, RAS, LPS), `patient_position` (HFS ...)
 and `origin` (the patient frame's origin in the scanner's frame, in `unit`) may stand
 beside `plans` or in each plan. Points may also be lists: `"entry": [x, y, z]`.
@@ -24,9 +25,11 @@ from borecheck.plans.plan_fields import (
     COORDINATES,
     OPTIONAL,
     SETTINGS,
+    PlanValueError,
     plan_of,
     unknown_line,
 )
+from borecheck.plans.plan_units import bare_names
 
 MAX_BYTES = 20_000_000  # a hundred thousand plans
 
@@ -120,6 +123,7 @@ def _from_csv(text: str, file: str) -> tuple[NeedlePlan, ...]:
     # Lines are counted by the reader, because a quoted name may hold a line break.
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     header: list[str] | None = None
+    settings: dict[str, Any] = {}
     plans = []
     try:
         for row in reader:
@@ -128,14 +132,14 @@ def _from_csv(text: str, file: str) -> tuple[NeedlePlan, ...]:
             if not any(cells):
                 continue
             if header is None:
-                header = _header(cells, file, where)
+                header, settings = _header(cells, file, where)
                 continue
             if len(cells) != len(header):
                 raise PlanError(
                     file, f"{len(cells)} cells under {len(header)} columns", where
                 )
             fields = dict(zip(header, cells, strict=True))
-            plans.append(plan_of(fields, file, where))
+            plans.append(plan_of(fields, file, where, settings))
     except csv.Error as error:
         raise PlanError(file, f"no CSV: {error}", f"line {reader.line_num}") from error
     if not plans:
@@ -143,11 +147,16 @@ def _from_csv(text: str, file: str) -> tuple[NeedlePlan, ...]:
     return tuple(plans)
 
 
-def _header(cells: list[str], file: str, where: str) -> list[str]:
+def _header(
+    cells: list[str], file: str, where: str
+) -> tuple[list[str], dict[str, Any]]:
+    """The columns without their unit, and the unit that they say, as a setting."""
     known = (*COLUMNS, *OPTIONAL)
     problem = separator_problem(cells)
     if problem is not None:
         raise PlanError(file, problem, where)
+    bare, unit = _without_units(cells, file, where)
+    cells = [bare[cell] for cell in cells]
     for cell in cells:
         if cell not in known:
             raise PlanError(file, unknown_line("column", cell, known), where)
@@ -156,7 +165,16 @@ def _header(cells: list[str], file: str, where: str) -> list[str]:
     missing = [name for name in COLUMNS if name not in cells]
     if missing:
         raise PlanError(file, f"missing columns: {', '.join(missing)}", where)
-    return cells
+    return cells, {} if unit is None else {"unit": unit}
+
+
+def _without_units(
+    names: Iterable[str], file: str, where: str
+) -> tuple[dict[str, str], str | None]:
+    try:
+        return bare_names(names)
+    except PlanValueError as error:
+        raise PlanError(file, str(error), where) from error
 
 
 def _from_json(text: str, file: str) -> tuple[NeedlePlan, ...]:
@@ -188,8 +206,16 @@ def _json_plan(
 ) -> NeedlePlan:
     if not isinstance(given, dict):
         raise PlanError(file, "is no object with the fields of a plan", where)
-    fields = _flat(given, file, where)
+    bare, unit = _without_units(given, file, where)
+    if len(set(bare.values())) < len(bare):
+        raise PlanError(file, "a coordinate is given twice", where)
+    fields = _flat({bare[k]: v for k, v in given.items()}, file, where)
     chosen = {**settings, **{k: v for k, v in fields.items() if k in SETTINGS}}
+    if unit is not None:
+        if chosen.get("unit", unit) != unit:
+            problem = f"unit is {chosen['unit']!r}, but the coordinates say {unit!r}"
+            raise PlanError(file, problem, where)
+        chosen["unit"] = unit
     fields = {k: v for k, v in fields.items() if k not in SETTINGS}
     for name in fields:
         if name not in (*COLUMNS, *OPTIONAL):

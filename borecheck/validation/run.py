@@ -124,13 +124,26 @@ def findings_of(loaded: Loaded, options: Options) -> list[Finding]:
     with np.errstate(all="ignore"):
         for check in sorted(all_checks(), key=lambda check: check.stage == "last"):
             if options.wants(check.code) and _is_due(check, robot):
-                robot.has_errors = any(f.severity is Severity.ERROR for f in found)
                 told = _findings(check, robot)
+                robot.has_errors |= any(f.severity is Severity.ERROR for f in told)
                 found += [f for f in told if not any(s.covers(f) for s in suppressions)]
     return sorted(found, key=lambda f: (f.file, f.line, f.code, f.element))
 
 
+def _ignored_errors(robot: Robot) -> bool:
+    """Whether a check that is ignored would have found an error."""
+    ignored = [c for c in all_checks() if c.code.startswith(robot.options.ignore)]
+    return any(
+        finding.severity is Severity.ERROR
+        for check in ignored
+        if check.stage != "last" and _is_due(check, robot)
+        for finding in _findings(check, robot)
+    )
+
+
 def _is_due(check: Check, robot: Robot) -> bool:
+    if check.stage == "last":  # what is silenced is known, and not told again
+        return not robot.has_errors and not _ignored_errors(robot)
     if check.stage == "meshes":
         return robot.options.meshes
     if check.stage == "run":

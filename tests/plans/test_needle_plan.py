@@ -50,6 +50,44 @@ def test_column_order_does_not_matter(tmp_path: Path) -> None:
     assert plan.target.tolist() == [0.04, 0.05, 0.06]
 
 
+IN_MM = ",".join(
+    f"{c}_mm" if c.startswith(("entry", "target")) else c
+    for c in HEADER.strip().split(",")
+)
+
+
+def test_coordinates_may_say_their_unit(tmp_path: Path) -> None:
+    file = tmp_path / "p.csv"
+    file.write_text(f"{IN_MM}\np,10,20,30,40,50,60\n")
+    (plan,) = read_plans(file)
+    assert plan.entry == pytest.approx([0.01, 0.02, 0.03])
+    assert plan.target == pytest.approx([0.04, 0.05, 0.06])
+    lists = {"name": "p", "entry_cm": [1, 2, 3], "target_cm": [4, 5, 6]}
+    file = tmp_path / "p.json"
+    file.write_text(json.dumps(lists))
+    assert read_plans(file)[0].entry == pytest.approx([0.01, 0.02, 0.03])
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"entry_mm": [1, 2, 3], "target": [4, 5, 6]}, "not in the same unit"),
+        ({"entry_mm": [1, 2, 3], "target_cm": [4, 5, 6]}, "not in the same unit"),
+        ({"entry_furlong": [1, 2, 3], "target": [4, 5, 6]}, "no unit of length"),
+        ({"entry_mm": [1, 2, 3], "target_mm": [4, 5, 6], "unit": "m"}, "say 'mm'"),
+        ({"entry_mm": [1, 2, 3], "entry": [1, 2, 3], "target": [4, 5, 6]}, "unit"),
+    ],
+)
+def test_units_that_contradict_each_other_are_refused(
+    tmp_path: Path, fields: dict[str, object], words: str
+) -> None:
+    file = tmp_path / "p.json"
+    file.write_text(json.dumps({"name": "p", **fields}))
+    with pytest.raises(PlanError, match=words) as error:
+        read_plans(file)
+    one_line(error)
+
+
 @pytest.mark.parametrize("file", ["one.json", "list.json", "plans_lps_mm.json"])
 def test_json_forms_state_the_same_plan(file: str) -> None:
     plan = read_plans(CORPUS / file)[0]

@@ -472,7 +472,8 @@ def test_numbers_for_xacro_arguments_in_settings(validate, two_folders):
     (two_folders / "calm" / "a.urdf").unlink()
     (two_folders / "calm" / "a.urdf.xacro").write_text(
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
-        '<xacro:arg name="n" default="a"/><link name="l$(arg n)"/></robot>'
+        '<xacro:arg name="n" default="a"/><link name="l$(arg n)"><visual><geometry>'
+        '<sphere radius="1"/></geometry></visual></link></robot>'
     )
     settings = two_folders / "calm" / "borecheck.toml"
     settings.write_text('[validate]\narg = {n = 3}\nframe = ["l3"]\n')

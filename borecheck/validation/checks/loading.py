@@ -21,8 +21,8 @@ def check_refuses(robot: Robot) -> Iterator[Hit]:
 
     Mend: Give the links <collision> (or <visual>) geometry.
     """
-    if robot.has_errors or robot.holds_macros_only:  # T201 tells of those
-        return
+    if robot.holds_macros_only:
+        return  # T201 tells of those
     problem = why_refused(robot)
     if problem is not None:
         yield Hit(robot.root, f"borecheck check refuses it: {problem}")

@@ -22,7 +22,7 @@ class Robot(UrdfDraft):
         notes: What reading the file left to say, by code: (element, message).
         holds_macros_only: A xacro file that defines macros and no robot.
         found_packages: Folders that `$(find ...)` of a xacro stood for.
-        has_errors: Whether an error was found; known to checks of the last stage.
+        has_errors: Whether an error was found so far, silenced or not.
     """
 
     file: str

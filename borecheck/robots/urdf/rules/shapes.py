@@ -16,7 +16,8 @@ from borecheck.robots.urdf.source import (
     tag_of,
 )
 
-RESEMBLES = 0.8  # how alike a misspelt word is (difflib): orign, colision, limits
+# How alike a misspelt word is (difflib): orign, colision; and axes for axis.
+RESEMBLES, NEARLY = 0.8, 0.7
 SIZES = {
     "box": ("size",),
     "cylinder": ("radius", "length"),
@@ -121,9 +122,12 @@ def _numbers(text: str | None) -> tuple[float, ...]:
 
 
 def _is_misspelt(where: str, word: str, known: tuple[str, ...]) -> bool:
-    return where in _SPELT and bool(
-        get_close_matches(word.lower(), known, 1, RESEMBLES)
-    )
+    """Whether a word is meant for a known one: alike, or as long and nearly alike."""
+    if where not in _SPELT:
+        return False
+    alike = get_close_matches(word.lower(), known, 1, RESEMBLES)
+    as_long = [name for name in known if abs(len(name) - len(word)) <= 1]
+    return bool(alike or get_close_matches(word.lower(), as_long, 1, NEARLY))
 
 
 def _is_the_only(child: Any) -> bool:
