@@ -121,3 +121,9 @@ NUMERIC: dict[tuple[str, str], int] = {
         for attribute in attributes
     },
 }
+
+# Which of them are lengths, or factors of lengths, in space.
+LENGTHS = (
+    *(("origin", "xyz"), ("box", "size"), ("sphere", "radius"), ("mesh", "scale")),
+    *((tag, name) for tag in ("cylinder", "capsule") for name in ("radius", "length")),
+)

@@ -37,9 +37,10 @@ def number_count(robot: Robot) -> Iterator[Hit]:
 
 @check("D116", "not-finite", "document", "EEE")
 def not_finite(robot: Robot) -> Iterator[Hit]:
-    """A numeric attribute is infinite or not a number (inf, nan, 1e999).
+    """A number is infinite or none (inf, nan, 1e999), or a length beyond every room.
 
-    Why: It spreads through every placement: all verdicts become meaningless.
+    Why: It spreads through every placement: all verdicts become meaningless. So do
+    lengths of more than 1e9 m, whose squares overflow.
 
     Mend: Give a finite number; for an unlimited joint use type="continuous".
 

@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 
 from borecheck.robots.urdf.draft import UrdfDraft
 from borecheck.robots.urdf.rules.problem import Problem, matters
-from borecheck.robots.urdf.schema import NUMERIC, REQUIRED_ATTRIBUTES
-from borecheck.robots.urdf.source import NotNumbersError, parse_numbers
+from borecheck.robots.urdf.schema import LENGTHS, NUMERIC, REQUIRED_ATTRIBUTES
+from borecheck.robots.urdf.source import NotNumbersError, parse_numbers, tag_of
 
 _PLAIN = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+FARTHEST = 1e9  # [m] as for the vertices of meshes
 _NOT_FINITE = re.compile(r"[-+]?(inf(inity)?|nan)", re.I)
 _OTHER_LOCALE = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 _WITH_UNIT = re.compile(
@@ -52,7 +53,7 @@ def count(draft: UrdfDraft) -> Iterator[Problem]:
 
 
 def not_finite(draft: UrdfDraft) -> Iterator[Problem]:
-    """None of them is infinite or no number."""
+    """None of them is infinite or no number, and no length beyond every room."""
     for numeric in _numeric(draft):
         words = numeric.text.split()
         word = next((w for w in words if _NOT_FINITE.fullmatch(w)), None)
@@ -60,6 +61,8 @@ def not_finite(draft: UrdfDraft) -> Iterator[Problem]:
             word = next((w for w in words if _overflows(w)), None)
         if word is not None:
             yield numeric.problem(f": {word} is not finite")
+        elif word := next((w for w in words if _is_far(numeric, w)), None):
+            yield numeric.problem(f": {word} is beyond every room")
 
 
 def locale(draft: UrdfDraft) -> Iterator[Problem]:
@@ -90,6 +93,12 @@ def _is_locale(text: str) -> bool:
     if any(_OTHER_LOCALE.fullmatch(word.rstrip(",")) for word in words):
         return True
     return any(_WITH_UNIT.fullmatch(word) for word in words) or "," in text
+
+
+def _is_far(numeric: _Numeric, word: str) -> bool:
+    """Whether a length is so great that its square may overflow."""
+    is_length = (tag_of(numeric.element), numeric.attribute) in LENGTHS
+    return is_length and bool(_PLAIN.fullmatch(word)) and abs(float(word)) > FARTHEST
 
 
 def _overflows(word: str) -> bool:
