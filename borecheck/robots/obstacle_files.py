@@ -35,6 +35,7 @@ from borecheck.robots.file_text import FileText, split_file_text
 from borecheck.robots.model import RobotModel
 from borecheck.robots.parts import AS_DRAWN, collision_parts, links_without_collision
 from borecheck.robots.robot_file import read_urdf
+from borecheck.robots.unseen import unseen
 from borecheck.robots.urdf.reach import NO_ROOTS, Roots
 
 Array = NDArray[np.float64]
@@ -243,5 +244,8 @@ def _urdf_obstacles(
     remarks = dict.fromkeys(remark for part in parts for remark in part.remarks)
     warnings = (*warnings, *(f"{path}: {remark}" for remark in remarks))
     bare = links_without_collision(model.tree)
-    named = tuple(f"{link} of {path}: {AS_DRAWN}" for link in bare)
+    named = (
+        *(f"{link} of {path}: {AS_DRAWN}" for link in bare),
+        *(f"{path}: {line}" for line in unseen(model.tree, parts, path, roots)),
+    )
     return FileObstacles(obstacles, warnings, named)

@@ -33,11 +33,13 @@ class Part:
     Attributes:
         link: The link it is fixed to.
         mesh: Its triangles in the link's frame, [m].
+        file: Name of the mesh file, if it is from one.
         remarks: What its file states and is not applied, or was read over.
     """
 
     link: str
     mesh: TriangleMesh
+    file: str = ""
     remarks: tuple[str, ...] = ()
 
 
@@ -107,8 +109,7 @@ def _part(
     path = mesh_path(geometry.filename, link.name, file, roots)
     found = read(path)
     mesh = _scaled(name, found.mesh, geometry.scale)
-    remarks = tuple(f"{path.name} {remark}" for remark in found.remarks)
-    return Part(link.name, mesh.moved(T), remarks)
+    return Part(link.name, mesh.moved(T), path.name, found.remarks)
 
 
 def primitive(name: str, geometry: Box | Cylinder | Capsule | Sphere) -> TriangleMesh:

@@ -1,16 +1,16 @@
 """From what a user calls a robot to URDF text: names told apart, files read."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from borecheck.errors import BorecheckError, UnknownNameError, UsageError
+from borecheck.errors import UnknownNameError, UsageError
 from borecheck.robots.description import installed_names
 from borecheck.robots.urdf import source as urdf_source
 from borecheck.robots.urdf.reach import NO_ROOTS, Roots
 from borecheck.robots.urdf.xacro import expand, is_xacro
 
-ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml")
-_MESH_SUFFIXES = (".stl", ".obj", ".ply", ".dae")
+_MESH = re.compile(r".*\.(stl|obj|ply|dae)([:@].*)?", re.I | re.S)  # as a scene has it
 _ORDER = "the robot comes first, then the scene"
 
 
@@ -22,6 +22,11 @@ def exists(path: Path) -> bool:
         return False
 
 
+def is_file(path: Path) -> bool:
+    """Whether there is such a regular file."""
+    return exists(path) and path.is_file()
+
+
 def robot_path(name: str) -> Path:
     """The file that a robot's name means, if it is not an installed robot.
 
@@ -30,19 +35,13 @@ def robot_path(name: str) -> Path:
         UnknownNameError: A bare word that names no robot.
     """
     path = Path(name)
-    if name in installed_names("scanners") and not exists(path):
+    if name in installed_names("scanners") and not is_file(path):
         raise UsageError(f"{name} is a scanner, not a robot: {_ORDER}")
-    if path.suffix.lower() in _MESH_SUFFIXES:
+    if _MESH.fullmatch(name):
         raise UsageError(f"{name} is a mesh, not a robot: {_ORDER}")
-    is_file = exists(path) or bool(path.suffix) or path.name != name
-    if not is_file:
-        raise unknown_robot(name)
+    if not exists(path) and not path.suffix and path.name == name:
+        raise UnknownNameError("robot", name, installed_names("robots"))
     return path
-
-
-def unknown_robot(name: str) -> BorecheckError:
-    """The error about a word that is no robot."""
-    return UnknownNameError("robot", name, installed_names("robots"))
 
 
 def refuse_robot(name: str) -> None:
@@ -51,7 +50,7 @@ def refuse_robot(name: str) -> None:
     Raises:
         UsageError: Robot and scene were swapped.
     """
-    if name in installed_names("robots") and not exists(Path(name)):
+    if name in installed_names("robots") and not is_file(Path(name)):
         raise UsageError(f"{name} is a robot, not a scene: {_ORDER}")
 
 

@@ -17,7 +17,7 @@ def unseen(
     file: Path,
     roots: Roots = NO_ROOTS,
 ) -> tuple[str, ...]:
-    """One line for each kind of thing that was left out or taken by custom.
+    """A line for each kind of thing that was left out or taken by custom.
 
     Args:
         tree: The robot.
@@ -41,9 +41,12 @@ def _lost(tree: UrdfTree) -> Iterator[str]:
 
 def _remarks(parts: Sequence[Part]) -> Iterator[str]:
     """What mesh files state and ROS does not apply: placements are made for it."""
-    said = list(dict.fromkeys(remark for part in parts for remark in part.remarks))
-    if said:
-        yield f"how its meshes are meant: {_listed(said)}"
+    files: dict[str, dict[str, None]] = {}
+    for part in parts:
+        for remark in part.remarks:
+            files.setdefault(remark, {})[part.file] = None
+    for remark, names in files.items():
+        yield f"that a mesh {remark}: {_listed(list(names))}"
 
 
 def _beyond(found: Sequence[Beyond]) -> Iterator[str]:
