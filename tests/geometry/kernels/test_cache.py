@@ -79,10 +79,11 @@ def _package(folder: Path, factor: str = "2.0", offset: str = "1.0") -> Path:
     """A little package of that name, with the two modules under test."""
     package = folder / "borecheck"
     core = [f"core/{name}.py" for name in ("cache", "private_folder")]
-    for name in ("geometry/kernels/cache.py", *core):
-        copy = package / name
+    core = sorted(PACKAGE.joinpath("core").glob("*.py"))
+    for file in (PACKAGE / "geometry/kernels/cache.py", PACKAGE / "errors.py", *core):
+        copy = package / file.relative_to(PACKAGE)
         copy.parent.mkdir(parents=True, exist_ok=True)
-        copy.write_text((PACKAGE / name).read_text("utf-8"))
+        copy.write_text(file.read_text("utf-8"))
     (package / "__init__.py").write_text(
         "import borecheck.geometry.kernels.cache as k; k.use_for_this_package()\n"
     )
