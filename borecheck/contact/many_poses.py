@@ -115,11 +115,16 @@ class PoseBatch:
         found = np.zeros(len(T_scene_parts), dtype=bool)
         for i, part in enumerate(self._parts):
             T = T_scene_parts[:, i]
+            T_part_scene = _inverses(T)
             for other in self._others:
-                found |= _held(part, T, other, None, found)
+                held, doubt = _held(part, T, other, T_part_scene, found)
+                found |= held | _asked_singly(part, T, other, None, doubt)
         for i, j in self._self_pairs:
             T_i, T_j = T_scene_parts[:, i], T_scene_parts[:, j]
-            found |= _held(self._parts[i], T_i, self._parts[j], T_j, found)
+            a, b = self._parts[i], self._parts[j]
+            T_j_i = _inverses(T_j) @ T_i
+            held, doubt = _held(a, T_j_i, b, _inverses(T_j_i), found)
+            found |= held | _asked_singly(a, T_i, b, T_j, doubt)
         return found
 
 
@@ -180,22 +185,28 @@ def _inverses(T: Array) -> Array:
 
 
 def _held(
+    a: Surface, T_b_a: Array, b: Surface, T_a_b: Array, settled: NDArray[np.bool_]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Where one of two surfaces holds a component of the other, and where it may, (n,).
+
+    Poses that are settled are left out.
+    """
+    found, doubt = _inside(a, T_b_a, b, settled)
+    again, more = _inside(b, T_a_b, a, settled | found)
+    found |= again
+    return found, (doubt | more) & ~found
+
+
+def _asked_singly(
     a: Surface,
     T_a: Array,
     b: Surface,
     T_b: Array | None,
-    settled: NDArray[np.bool_],
+    doubt: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
-    """Whether one of two surfaces holds a component of the other, or might, (n,).
-
-    Poses that are settled are left out. Where crossings cancel, the pose is asked as a
-    single one is.
-    """
-    T_b_a = T_a if T_b is None else _inverses(T_b) @ T_a
-    found, doubt = _inside(a, T_b_a, b, settled)
-    again, more = _inside(b, _inverses(T_b_a), a, settled | found)
-    found |= again
-    for k in np.flatnonzero((doubt | more) & ~found):
+    """Whether one holds the other or might, where in doubt: asked as of one pose."""
+    found = np.zeros(len(doubt), dtype=bool)
+    for k in np.flatnonzero(doubt):
         T = None if T_b is None else T_b[k]
         found[k] = holds_or_might(a, T_a[k], b, T).kind != "none"
     return found
@@ -225,5 +236,5 @@ def _inside(
             x, y, z = points[k].tolist()
             winding, crossed = crossings((x, y, z), rows)
             found[k] = winding != 0
-            doubt[k] |= crossed > 0
+            doubt[k] |= crossed > 0 and not outer.topology.winding_tells
     return found, doubt

@@ -87,7 +87,7 @@ def _held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Containment:
             return Containment(kind, f"{inner.name} touches {outer.name}")
         if winding != 0:
             return Containment(kind, f"{inner.name} is inside {outer.name}")
-        doubt = doubt or crossed
+        doubt = doubt or (crossed and not outer.topology.winding_tells)
     if not doubt:
         return Containment("none", "no ray crosses anything")
     placed = place_mesh(T_a, a.mesh), place_mesh(T_b, b.mesh)

@@ -6,7 +6,7 @@ import pytest
 import borecheck as bc
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.check import write_path_certificate
+from borecheck.motion.certify import write_path_certificate
 from borecheck.robots.scene import Obstacle, Scene
 from borecheck.verify.check import verify
 from tests.geometry.triangles.test_solid import flipped, joined, twice

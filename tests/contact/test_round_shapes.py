@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import borecheck as bc
 from borecheck.geometry.mesh.primitives import TOLERANCE, box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.check import write_path_certificate
+from borecheck.motion.certify import write_path_certificate
 from borecheck.robots.scene import Obstacle, Scene
 from borecheck.verify.check import verify
 

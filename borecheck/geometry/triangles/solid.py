@@ -8,7 +8,8 @@ The converse does not hold: two surfaces that cancel, a block drawn on both side
 0 times round the matter between them. A point is outside only if, for each component of
 the mesh that a ray from it crosses, another ray crosses nothing of that component, or
 the component is embedded and does not wind round the point. Embedded components that do
-and cancel, one well within the other, are a cavity. All else is undecided.
+and cancel, one well within the other, are a cavity. All else is undecided. Where every
+component is embedded and wound the same way, nothing cancels, and 0 is enough.
 """
 
 from dataclasses import dataclass
@@ -216,7 +217,7 @@ def side_of(point: NDArray[np.float64], mesh: TriangleMesh, known: Topology) -> 
         return Side.ON_SURFACE
     if winding != 0:
         return Side.INSIDE
-    if crossed == 0 or _is_free(point, mesh, known):
+    if crossed == 0 or known.winding_tells or _is_free(point, mesh, known):
         return Side.OUTSIDE
     return Side.UNDECIDED
 

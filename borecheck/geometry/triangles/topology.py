@@ -1,6 +1,7 @@
 """What of a surface no motion changes: closedness, components, embedded or not."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -14,6 +15,10 @@ from borecheck.geometry.triangles.embedding import are_apart, is_embedded
 # Below this, finding the topology is quicker than finding the file.
 CACHED_TRIANGLES = 20_000
 CACHE_KIND = "topology-2"
+
+# Below this, finding out whether winding numbers tell is quicker than the file.
+KEPT_TRIANGLES = 2_000
+WINDING_KIND = "winding-1"
 
 # A sheet no thicker than this share of its size has no inside.
 FLAT = 1e-9
@@ -46,6 +51,27 @@ class Topology:
     def corners_of(self, part: int) -> NDArray[np.float64]:
         """Triangles of one component, (k, 3, 3), in the mesh's own frame."""
         return self.mesh.corners[self.component == part]
+
+    @cached_property
+    def winding_tells(self) -> bool:
+        """Whether no winding number of 0 hides matter, at any point.
+
+        All components are embedded and wound the same way: what winds round a point
+        cannot cancel. Found on first use and kept on disk for large meshes.
+        """
+        if len(self.mesh.triangles) < KEPT_TRIANGLES:
+            return self._find_winding_tells()
+        stored = cache.load(WINDING_KIND, self.mesh.sha256)
+        if stored is not None and stored.keys() == {"tells"}:
+            return bool(stored["tells"])
+        found = self._find_winding_tells()
+        cache.store(WINDING_KIND, self.mesh.sha256, {"tells": np.array(found)})
+        return found
+
+    def _find_winding_tells(self) -> bool:
+        parts = range(int(self.component.max()) + 1)
+        ways = {_way(self.corners_of(part)) for part in parts}
+        return ways in ({1}, {-1}) and all(self.is_embedded(part) for part in parts)
 
     def is_embedded(self, part: int) -> bool:
         """Whether a component is a surface that nowhere meets or doubles itself.
@@ -145,6 +171,14 @@ def _edges_cancel(triangles: NDArray[np.int64], n: int) -> bool:
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     there, back = edges[:, 0] * n + edges[:, 1], edges[:, 1] * n + edges[:, 0]
     return bool(np.array_equal(np.sort(there), np.sort(back)))
+
+
+def _way(corners: NDArray[np.float64]) -> int:
+    """1 where the normals of a closed surface point outward, -1 inward, 0 unsure."""
+    a, b, c = (corners[:, k] - corners[0, 0] for k in range(3))
+    volumes = np.einsum("ij,ij->i", a, np.cross(b, c))
+    sure = abs(volumes.sum()) > FLAT * np.abs(volumes).sum()
+    return int(np.sign(volumes.sum())) if sure else 0
 
 
 def _at_rims(triangles: NDArray[np.int64], n: int) -> NDArray[np.int64]:

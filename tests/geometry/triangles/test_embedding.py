@@ -6,7 +6,7 @@ import trimesh
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.embedding import are_apart, is_embedded
-from borecheck.geometry.triangles.topology import topology
+from borecheck.geometry.triangles.topology import Topology, topology
 from tests.geometry.triangles.test_solid import flipped, joined, mesh_of, soup
 
 
@@ -90,3 +90,17 @@ def test_apart_by_more_than_a_gap(gap):
         assert are_apart(beside, block, gap) is expected
     assert are_apart(block, 0.9 * block, gap)  # one in the other
     assert not are_apart(block, block + 0.2, gap)
+
+
+def test_where_winding_numbers_tell(monkeypatch):
+    """Embedded parts of one way round cannot cancel; kept on disk if large."""
+    block = mesh_of(SHAPES[0])
+    shifted = TriangleMesh("b", block.vertices + 0.3, block.triangles)
+    assert topology(joined(block, shifted)).winding_tells
+    assert topology(flipped(joined(block, shifted))).winding_tells
+    assert not topology(joined(block, flipped(shifted))).winding_tells
+    assert not topology(joined(block, flipped(block))).winding_tells
+    large = mesh_of(trimesh.creation.icosphere(4))
+    assert topology(large).winding_tells
+    monkeypatch.setattr(Topology, "_find_winding_tells", lambda _: 1 / 0)
+    assert topology(large).winding_tells  # read from disk
