@@ -1,0 +1,116 @@
+"""How a plan is driven: travel of the needle's drive, steps, branch, mount."""
+
+import copy
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from borecheck.errors import UsageError
+from borecheck.plans.needle_plan import NeedlePlan
+from borecheck.plans.plan_motion import UnreachableError, check_mount, plan_motion
+
+# Zerobot's needle drive: 150 mm (docs/zerobot.md), from 0.
+TRAVEL = 0.15
+# closed form against Pinocchio near 1 m
+ROUNDING = 1e-12
+
+
+def plan(depth, **given):
+    return NeedlePlan("p", (0.0, 0.0, 0.06), (0.0, 0.0, 0.06 - depth), **given)
+
+
+def tips(robot, motion):
+    frame = robot.description.tool_frame
+    return np.array([robot.placements(q)[frame][:3, 3] for q in motion.waypoints])
+
+
+@pytest.mark.parametrize(("beyond", "driven"), [(-1e-6, True), (1e-6, False)])
+def test_the_needle_goes_as_deep_as_it_is_driven(zerobot, beyond, driven):
+    if not driven:
+        with pytest.raises(UnreachableError, match=r"150\.0 mm deep, but q6 drives"):
+            plan_motion(zerobot, plan(TRAVEL + beyond))
+        return
+    motion = plan_motion(zerobot, plan(TRAVEL + beyond))
+    drive = zerobot.model.joint_names.index("q6")
+    np.testing.assert_allclose(
+        motion.waypoints[:, drive], [0.0, 0.0, TRAVEL + beyond], atol=ROUNDING
+    )
+
+
+def test_a_drive_that_does_not_begin_at_zero_has_the_travel_between_its_ends(zerobot):
+    """Drawn in at 0.03, out at 0.1: 70 mm, whatever the numbers are."""
+    model = zerobot.model
+    drive = model.joint_names.index("q6")
+    lower, upper = np.array(model.lower), np.array(model.upper)
+    lower[drive], upper[drive] = 0.03, 0.1
+    shifted = copy.copy(model)
+    shifted.lower, shifted.upper = lower, upper
+    robot = replace(zerobot, model=shifted)
+    with pytest.raises(UnreachableError, match=r"q6 drives it 70\.0 mm"):
+        plan_motion(robot, plan(0.0701))
+    motion = plan_motion(robot, plan(0.0699))
+    np.testing.assert_allclose(
+        motion.waypoints[:, drive], [0.03, 0.03, 0.0999], atol=ROUNDING
+    )
+
+
+@pytest.mark.parametrize("standoff", [0.0, 0.02])
+def test_the_approach_is_as_long_as_asked(zerobot, standoff):
+    motion = plan_motion(zerobot, plan(0.05), standoff)
+    expected = [[0, 0, 0.06 + standoff], [0, 0, 0.06], [0, 0, 0.01]]
+    np.testing.assert_allclose(tips(zerobot, motion), expected, atol=ROUNDING)
+
+
+def test_the_corridor_is_the_plans_and_as_wide_as_the_needle(zerobot):
+    motion = plan_motion(zerobot, plan(0.05))
+    corridor = motion.corridor
+    np.testing.assert_array_equal(corridor.entry, [0.0, 0.0, 0.06])
+    np.testing.assert_allclose(corridor.target, [0.0, 0.0, 0.01])
+    assert corridor.radius == zerobot.description.needle_radius > 0.0
+    assert motion.plan.name == "p"
+
+
+def test_an_arm_that_drives_the_needle_itself_stays_on_the_line(zerobot):
+    """No drive: a configuration every 2 mm at most, all on one branch."""
+    undriven = replace(zerobot.description, insertion_joint=None)
+    robot = replace(zerobot, description=undriven)
+    entry = np.array([0.0, 0.0, 0.06])
+    for depth in (0.0301, 0.0499):
+        target = entry - [0.0, 0.0, depth]
+        motion = plan_motion(robot, NeedlePlan("p", entry, target), 0.01)
+        places = tips(robot, motion)
+        np.testing.assert_allclose(places[0], entry + [0, 0, 0.01], atol=1e-9)
+        np.testing.assert_allclose(places[-1], target, atol=1e-9)
+        steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        assert steps.max() <= 0.002 + 1e-9
+        assert len(places) == int(np.ceil((0.01 + depth) / 0.002)) + 1
+        assert np.abs(np.diff(motion.waypoints, axis=0)).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("asked", "stands", "fits"),
+    [
+        ("-90", "-90", True),
+        ("+90", "-90", False),
+        ("+90", "90", True),
+        (None, "-90", True),
+    ],
+)
+def test_mounts_are_compared_as_numbers(asked, stands, fits):
+    robot = SimpleNamespace(arguments={"mount": stands})
+    if fits:
+        check_mount(robot, plan(0.05, mount=asked))
+    else:
+        with pytest.raises(
+            UsageError, match=r"for mount \+90, the robot stands at -90"
+        ):
+            check_mount(robot, plan(0.05, mount=asked))
+    check_mount(SimpleNamespace(arguments={}), plan(0.05, mount=asked))
+
+
+def test_without_inverse_kinematics_a_path_is_asked_for(zerobot):
+    robot = replace(zerobot, description=replace(zerobot.description, inverse=None))
+    with pytest.raises(UsageError, match="give --path instead"):
+        plan_motion(robot, plan(0.05))
