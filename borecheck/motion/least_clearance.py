@@ -35,6 +35,8 @@ INSTANTS, WAYPOINTS = 9, 24
 PIECE_LIMIT, QUICK_LIMIT = 4_000, 40
 # Of what is asked, this share is aimed at: the rest is for where it is not reached.
 AIM = 0.8
+# How often a pair is asked again after the bound from above fell.
+ROUNDS = 50
 # Steps of a search for the nearest instant; each narrows it to 0.62 of what it was.
 GOLDEN_STEPS = 12
 GOLDEN = 0.5 * (sqrt(5.0) - 1.0)
@@ -188,7 +190,7 @@ class _Search:
 
     def _kept(self, k: int) -> float | None:
         """A length that a pair is farther apart than at every instant, or None."""
-        while True:
+        for _ in range(ROUNDS):
             before = self.upper
             for level in self._levels():
                 rows = self._nearer_than(k, level)
@@ -198,7 +200,8 @@ class _Search:
                 if self.upper < before - 0.1 * (before - level):
                     break  # ask again, for less
             else:
-                return self.floor
+                break
+        return self.floor
 
     def _levels(self) -> Iterator[float]:
         """What to ask for, first what is aimed at, then less and less."""

@@ -81,3 +81,13 @@ def test_margin_moves_the_first_contact_forward(margin):
     assert with_margin.first_contact[0] <= without.first_contact[0]
     if margin:
         assert with_margin.first_contact[1] < without.first_contact[0]
+
+
+def test_parts_at_rest_beside_each_other_are_decided():
+    """2.5 mm apart for every q5, and no plane that is tried separates them."""
+    robot, scene = bc.load_robot("zerobot", mount="+90"), bc.load_scene("ct_gantry")
+    q = robot.home.copy()
+    for angle in (-0.47618670341370706, *np.linspace(-0.5, 0.5, 12)):
+        q[4] = angle
+        assert bc.check(robot, scene, q).clear
+        assert check_path(robot, scene, [q], clearance=False).clear
