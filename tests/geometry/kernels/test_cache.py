@@ -78,7 +78,6 @@ def test_sources_of_the_walk_reach_down_to_the_predicates():
 def _package(folder: Path, factor: str = "2.0", offset: str = "1.0") -> Path:
     """A little package of that name, with the two modules under test."""
     package = folder / "borecheck"
-    core = [f"core/{name}.py" for name in ("cache", "private_folder")]
     core = sorted(PACKAGE.joinpath("core").glob("*.py"))
     for file in (PACKAGE / "geometry/kernels/cache.py", PACKAGE / "errors.py", *core):
         copy = package / file.relative_to(PACKAGE)
