@@ -1,0 +1,1 @@
+"""Mutations of the code that says `clear`: does a test notice each of them?"""

@@ -1,0 +1,224 @@
+"""Does a test notice when the code that says `clear` is changed?
+
+    python -m studies.mutations --count 240 --seed 1
+
+Takes a seeded sample of all small changes (`changes`) of the rooms contact, motion,
+verify and plans, containment among them, and asks for each whether the tests of its own
+room notice it: those in the folder that mirrors it, and `ALSO`. Prints the share by
+module, and every change that nobody noticed. With --state FILE it goes on where it
+was interrupted; changes that were missed are asked again.
+
+Kernels that are compiled take minutes each: of their modules a few are taken.
+"""
+
+import argparse
+import json
+import os
+import random
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from studies.mutations import judge
+from studies.mutations.changes import Mutant, mutants, mutated
+from studies.mutations.exempt import EQUIVALENT, KERNELS
+from studies.mutations.judge import PROJECT, ROOMS, Child, KnownTest
+
+WORKERS = 2
+KERNEL_MUTANTS = 4  # of each module of kernels
+NICE = 15
+
+# Tests that are a module's own though they stand in another room.
+ALSO = {
+    "borecheck/motion/certificate.py": (
+        "tests/verify/test_check.py",
+        "tests/verify/test_passage.py",
+    ),
+    "borecheck/motion/binding.py": ("tests/verify/test_binding.py",),
+}
+
+
+def sources() -> dict[str, str]:
+    """Modules that are mutated, by their path, with their text."""
+    files = [f for room in ROOMS for f in (PROJECT / "borecheck" / room).glob("*.py")]
+    return {str(f.relative_to(PROJECT)): f.read_text() for f in sorted(files)}
+
+
+def sample(texts: dict[str, str], count: int, seed: int) -> list[Mutant]:
+    """A seeded set of changes, none of them known to be equivalent."""
+    rng = random.Random(seed)
+    everything, few = [], []
+    for module, text in texts.items():
+        found = [m for m in mutants(module, text) if m.change not in EQUIVALENT]
+        if module in KERNELS:
+            few += rng.sample(found, min(KERNEL_MUTANTS, len(found)))
+        else:
+            everything += found
+    rest = max(0, min(count - len(few), len(everything)))
+    chosen = [*few[:count], *rng.sample(everything, rest)]
+    return sorted(chosen, key=lambda m: (m.module, m.number))
+
+
+def files_for(module: str) -> tuple[str, ...]:
+    """Where a module's tests are: first its own file, then its room's, then `ALSO`."""
+    room = Path(module).parent.name
+    own = f"tests/{room}/test_{Path(module).stem}.py"
+    folder = sorted((PROJECT / "tests" / room).glob("test_*.py"))
+    names = [str(f.relative_to(PROJECT)) for f in folder]
+    also = [name for name in ALSO.get(module, ()) if (PROJECT / name).is_file()]
+    return tuple(dict.fromkeys([*(n for n in names if n == own), *names, *also]))
+
+
+class State:
+    """What is known from before, a line of JSON each."""
+
+    def __init__(self, file: Path | None, texts: dict[str, str]) -> None:
+        self._file = file
+        self._texts = texts
+        self.tests: dict[str, list[KnownTest]] = {}
+        self.noticed: dict[tuple[str, int], str] = {}
+        for row in self._rows():
+            if row["of"] != self._digest(row):
+                continue  # of another text
+            if "tests" in row:
+                self.tests[row["file"]] = _tests(row["tests"])
+            else:
+                self.noticed[row["module"], row["number"]] = row["by"]
+
+    def keep(self, row: dict[str, Any]) -> None:
+        """Adds a line."""
+        if self._file is not None:
+            with self._file.open("a") as stream:
+                stream.write(json.dumps({**row, "of": self._digest(row)}) + "\n")
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        if self._file is not None and self._file.is_file():
+            for line in self._file.read_text().splitlines():
+                yield json.loads(line)
+
+    def _digest(self, row: dict[str, Any]) -> str:
+        """Of what a line depends on: a module, or a file of tests and the modules."""
+        if "module" in row:
+            text = self._texts.get(row["module"], "")
+        else:
+            file = PROJECT / row["file"]
+            text = file.read_text() if file.is_file() else ""
+            room = Path(row["file"]).parent.name
+            names = [name for name in self._texts if Path(name).parent.name == room]
+            text += "".join(self._texts[name] for name in names)
+        return sha256(text.encode()).hexdigest()[:16]
+
+
+def _tests(rows: list[Any]) -> list[KnownTest]:
+    return [
+        KnownTest(name, seconds, {m: frozenset(lines) for m, lines in hit.items()})
+        for name, seconds, hit in rows
+    ]
+
+
+def recorded(files: Sequence[str], state: State, texts: dict[str, str]) -> None:
+    """Runs every file of tests that is not known, unmutated."""
+    for k, file in enumerate(files):
+        if file in state.tests:
+            continue
+        _tell(f"unmutated {k + 1}/{len(files)}: {file}")
+        found = judge.record([file], texts)
+        state.tests[file] = found
+        rows = [
+            [t.name, t.seconds, {m: sorted(hit) for m, hit in t.lines.items()}]
+            for t in found
+        ]
+        state.keep({"file": file, "tests": rows})
+
+
+def run(chosen: Sequence[Mutant], state: State, texts: dict[str, str]) -> None:
+    """Asks of every mutant that is not known to be noticed; two at a time."""
+    waiting = [m for m in chosen if (m.module, m.number) not in state.noticed]
+    waiting.sort(key=lambda m: m.module in KERNELS)
+    running: list[tuple[Mutant, Child]] = []
+    done = 0
+    while waiting or running:
+        while waiting and len(running) < WORKERS:
+            mutant = waiting.pop(0)
+            running.append((mutant, _asked(mutant, state, texts)))
+        for mutant, child in running:
+            try:
+                told = child.wait(poll=0.1)
+            except TimeoutError:
+                continue
+            running.remove((mutant, child))
+            done += 1
+            _settle(mutant, told, state)
+            _tell(f"{done} asked, {len(waiting)} to come")
+            break
+
+
+def _asked(mutant: Mutant, state: State, texts: dict[str, str]) -> Child:
+    tests = [t for file in files_for(mutant.module) for t in state.tests[file]]
+    is_kernel = mutant.module in KERNELS
+    importing = is_kernel or not mutant.function.rpartition(".")[2].islower()
+    found = judge.reaching(tests, mutant.module, mutant.lines, importing=importing)
+    tree = mutated(texts[mutant.module], mutant.number)
+    return judge.judged(mutant.module, tree, list(found), kernels=is_kernel)
+
+
+def _settle(mutant: Mutant, told: dict[str, Any] | None, state: State) -> None:
+    if told is not None and not told["noticed"]:
+        return
+    by = "no end, or a crash" if told is None else told["by"]
+    state.noticed[mutant.module, mutant.number] = by
+    state.keep({"module": mutant.module, "number": mutant.number, "by": by})
+
+
+def report(chosen: Sequence[Mutant], state: State, out: Any) -> float:
+    """Prints share and survivors; the share noticed."""
+    missed = [m for m in chosen if (m.module, m.number) not in state.noticed]
+    print(f"{'module':<40} {'mutants':>8} {'noticed':>8}", file=out)
+    for module in dict.fromkeys(m.module for m in chosen):
+        of = sum(m.module == module for m in chosen)
+        lost = sum(m.module == module for m in missed)
+        print(f"{module:<40} {of:>8} {of - lost:>8}", file=out)
+    share = 1.0 - len(missed) / max(len(chosen), 1)
+    total = len(chosen)
+    print(f"{'all':<40} {total:>8} {total - len(missed):>8}", file=out)
+    print(f"noticed: {share:.1%} of {total} ({len(EQUIVALENT)} equivalent left out)")
+    for m in missed:
+        print(f"missed: {m.module}:{m.lines[0]} {m.before} -> {m.after}", file=out)
+    return share
+
+
+def _tell(text: str) -> None:
+    if sys.stderr.isatty() or os.environ.get("BORECHECK_PROGRESS"):
+        print(f"\r{time.strftime('%H:%M:%S')} {text:<70}", end="", file=sys.stderr)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The study; 0 if at least 95 % are noticed."""
+    parser = argparse.ArgumentParser(prog="python -m studies.mutations")
+    parser.add_argument("--count", type=int, default=240)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--state", type=Path, help="goes on from here, and writes here")
+    parser.add_argument("--only", default="", help="modules whose path contains this")
+    parser.add_argument("--list", action="store_true", help="the changes, and no more")
+    asked = parser.parse_args(arguments)
+    texts = sources()
+    chosen = sample(texts, asked.count, asked.seed)
+    chosen = [m for m in chosen if asked.only in m.module]
+    if asked.list:
+        for m in chosen:
+            print(f"{m.module}:{m.lines[0]} {m.function}: {m.before} -> {m.after}")
+        return 0
+    os.nice(NICE)
+    judge.prepare()
+    state = State(asked.state, texts)
+    files = dict.fromkeys(f for m in chosen for f in files_for(m.module))
+    recorded(list(files), state, texts)
+    run(chosen, state, texts)
+    return 0 if report(chosen, state, sys.stdout) >= 0.95 else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

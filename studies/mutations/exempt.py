@@ -1,0 +1,75 @@
+"""What is not mutated: what no verdict rests on, and what changes nothing."""
+
+import ast
+
+# Names of what is said, logged or timed, and of what only types or lays out.
+_SAID = ("_log", "logging", "warnings", "progress", "perf_counter", "cast", "setflags")
+_FUNCTIONS = ("__repr__", "__str__", "to_json")
+# Arguments that say of which type, layout or order something is, or that lists are of
+# one length: a change is refused at once or changes nothing.
+_KEYWORDS = ("dtype", "order", "strict", "maxsize", "reason", "indent")
+_TYPES = ("NDArray", "Callable", "Mapping", "Sequence", "Array")
+
+
+def left_alone(parent: ast.AST, field: str, node: ast.AST) -> bool:
+    """Whether a part of a syntax tree is not mutated.
+
+    Args:
+        parent: Where it stands.
+        field: As what.
+        node: The part.
+    """
+    if field in ("decorator_list", "annotation", "returns", "bases", "ctx"):
+        return True
+    if isinstance(node, ast.JoinedStr | ast.Import | ast.ImportFrom):
+        return True
+    if isinstance(node, ast.FunctionDef):
+        return node.name in _FUNCTIONS
+    if isinstance(node, ast.keyword):
+        return node.arg in _KEYWORDS
+    if isinstance(node, ast.If):
+        return "TYPE_CHECKING" in _names(node.test)
+    if isinstance(node, ast.Assign | ast.Expr | ast.Call):
+        return _is_said(node) or (isinstance(parent, ast.Module) and _is_type(node))
+    return False
+
+
+def _is_said(node: ast.AST) -> bool:
+    if isinstance(node, ast.Expr):
+        return _is_said(node.value)
+    if isinstance(node, ast.Call):
+        return bool(_names(node.func) & set(_SAID)) or _is_format(node.func)
+    return isinstance(node, ast.Assign) and "perf_counter" in _names(node.value)
+
+
+def _is_format(func: ast.expr) -> bool:
+    return (
+        isinstance(func, ast.Attribute)
+        and func.attr in ("format", "join")
+        and isinstance(func.value, ast.Constant)
+    )
+
+
+def _is_type(node: ast.AST) -> bool:
+    """Names of types, and of what a module lets others see."""
+    if not isinstance(node, ast.Assign):
+        return False
+    is_union = isinstance(node.value, ast.BinOp) and isinstance(
+        node.value.op, ast.BitOr
+    )
+    names = _names(node.value) | _names(node.targets[0])
+    is_alias = isinstance(node.value, ast.Subscript) and bool(names & set(_TYPES))
+    return is_union or is_alias or "__all__" in names
+
+
+def _names(node: ast.AST) -> set[str]:
+    found = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
+    return found | {n.attr for n in ast.walk(node) if isinstance(n, ast.Attribute)}
+
+
+# Modules of compiled kernels: each of their mutants is compiled anew with all that use
+# them (a minute or two), so that few are taken.
+KERNELS = ("borecheck/motion/halving.py", "borecheck/motion/swept_boxes.py")
+
+# Changes that no test can notice, each with its reason. They are not counted.
+EQUIVALENT: dict[str, str] = {}

@@ -1,0 +1,143 @@
+"""The study of mutations itself: what it changes, what it leaves, what it notices.
+
+`python -m studies.mutations` asks hundreds; here a handful, in this process.
+"""
+
+import ast
+
+import pytest
+
+from studies.mutations.__main__ import files_for, sample, sources
+from studies.mutations.changes import mutants, mutated
+from studies.mutations.exempt import KERNELS
+from studies.mutations.judge import PROJECT, KnownTest, reaching
+
+VERDICT = "borecheck/contact/verdict.py"
+PLAN = "borecheck/plans/needle_plan.py"
+
+
+def changes(text):
+    return {(m.before, m.after) for m in mutants("m.py", text)}
+
+
+@pytest.mark.parametrize(
+    ("text", "before", "after"),
+    [
+        ("x = a < b", "a < b", "a <= b"),
+        ("x = a < b", "a < b", "a > b"),
+        ("x = a == b", "a == b", "a != b"),
+        ("x = a + b", "a + b", "a - b"),
+        ("x = a and b", "a and b", "a or b"),
+        ("x = a and b", "a and b", "b"),
+        ("x = not a", "not a", "a"),
+        ("x = -a", "-a", "a"),
+        ("x = a if b else c", "b", "not b"),
+        ("if a:\n    b()", "a", "not a"),
+        ("x = min(a, b)", "min", "max"),
+        ("x = abs(a)", "abs(a)", "a"),
+        ("x = np.floor(a)", "np.floor", "np.ceil"),
+        ("x = True", "True", "False"),
+        ("x = 0.5", "0.5", "1.0"),
+        ("x = 3", "3", "4"),
+        ("x = a[0]", "0", "1"),
+        ("x = a[1]", "1", "0"),
+        ("a.add(b)", "a.add(b)", "pass"),
+        ("a += b", "a += b", "pass"),
+        ("a += b", "a += b", "a = b"),
+        ("raise A('b')", "raise A('b')", "pass"),
+        ("x = f(a, b=c)", "f(a, b=c)", "f(a)"),
+        ("x = np.diff(a, b)", "np.diff(a, b)", "np.diff(a)"),
+        ("x = [a for a in b if c]", "for a in b if c", "for a in b"),
+    ],
+)
+def test_each_kind_of_slip(text, before, after):
+    assert (before, after) in changes(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '"""1 + 1"""',
+        "import a",
+        "raise A(f'{1 + 1}', -b)",
+        "x = f'{1 + 1}'",
+        "_log.info('a', 1)",
+        "start = time.perf_counter()",
+        "Array = NDArray[np.float64]",
+        "Kind = A | B",
+        "def f(a: A[0] | B) -> C[1]:\n    return a",
+        "if TYPE_CHECKING:\n    a = 1",
+        "def __repr__(self):\n    return 1 + 1",
+        "x = f(dtype=int)",
+    ],
+)
+def test_what_nobody_rests_on_is_left(text):
+    assert all(before.startswith("raise") for before, _ in changes(text))
+
+
+def test_a_mutant_differs_in_one_place_and_can_be_compiled():
+    text = (PROJECT / VERDICT).read_text()
+    plain = ast.unparse(ast.parse(text)).splitlines()
+    for k in range(len(mutants(VERDICT, text))):
+        tree = mutated(text, k)
+        compile(tree, VERDICT, "exec")
+        lines = ast.unparse(tree).splitlines()
+        assert lines != plain
+        assert len(set(lines) ^ set(plain)) <= 4
+    with pytest.raises(IndexError):
+        mutated(text, 10**6)
+
+
+def test_a_handful_is_noticed_by_what_worst_of_must_say():
+    """Contact beats unknown beats clear, and nothing examined is unknown."""
+    text = (PROJECT / VERDICT).read_text()
+    noticed = []
+    for mutant in mutants(VERDICT, text):
+        if mutant.function != "worst_of":
+            continue
+        room: dict[str, object] = {"__name__": "mutant"}
+        exec(compile(mutated(text, mutant.number), VERDICT, "exec"), room)
+        worst_of = room["worst_of"]
+        said = [
+            worst_of(list(words.split()))
+            for words in ("clear unknown contact", "clear unknown", "clear", "")
+        ]
+        noticed.append(said != ["contact", "unknown", "clear", "unknown"])
+    assert len(noticed) >= 2
+    assert all(noticed)
+
+
+def test_the_sample_is_seeded_and_few_of_it_are_kernels():
+    texts = sources()
+    assert {name.split("/")[1] for name in texts} == {
+        "contact",
+        "motion",
+        "verify",
+        "plans",
+    }
+    some = {name: texts[name] for name in (VERDICT, PLAN, *KERNELS)}
+    first = sample(some, 30, 1)
+    assert first == sample(some, 30, 1)
+    assert first != sample(some, 30, 2)
+    assert len({(m.module, m.number) for m in first}) == 30
+    assert 0 < sum(m.module in KERNELS for m in first) <= 10
+
+
+def test_tests_are_those_of_the_mirrored_room_the_modules_own_first():
+    files = files_for("borecheck/contact/decision.py")
+    assert files[0] == "tests/contact/test_decision.py"
+    assert all(name.startswith("tests/contact/") for name in files)
+
+
+def test_tests_that_reach_the_line_are_asked_quickest_first():
+    module = "m.py"
+    tests = [
+        KnownTest("slow", 2.0, {module: frozenset({3, 4})}),
+        KnownTest("quick", 0.1, {module: frozenset({4})}),
+        KnownTest("elsewhere", 0.1, {module: frozenset({9})}),
+        KnownTest("study", 99.0, {module: frozenset({4})}),
+    ]
+    found = [t.name for t in reaching(tests, module, (4, 5), importing=False)]
+    assert found == ["quick", "slow"]
+    every = [t.name for t in reaching(tests, module, (1, 1), importing=True)]
+    assert every == ["quick", "elsewhere", "slow"]
