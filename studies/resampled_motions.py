@@ -71,6 +71,7 @@ class Result:
     above: list[float] = field(default_factory=list)
     not_within: int = 0
     instants: int = 0
+    interrupted: bool = False
 
 
 # --- motions -------------------------------------------------------------------------
@@ -297,21 +298,33 @@ def examine(case: Case, result: Result, label: str) -> None:
 def run(
     chains: int, robots: int, seed: int, progress: Callable[[str], None] | None = None
 ) -> Result:
-    """Outcomes of so many random motions of chains and of robots."""
+    """Outcomes of so many random motions of chains and of robots.
+
+    What is finished stays when the user interrupts.
+    """
     result = Result()
+    try:
+        _examine_all(result, chains, robots, seed, progress or (lambda text: None))
+    except KeyboardInterrupt:
+        result.interrupted = True
+    return result
+
+
+def _examine_all(
+    result: Result, chains: int, robots: int, seed: int, progress: Callable[[str], None]
+) -> None:
     rng = np.random.default_rng(seed)
     for k in range(chains):
         examine(chain_case(rng), result, f"chain {k} of seed {seed}")
-        if progress is not None and (k + 1) % 100 == 0:
+        if (k + 1) % 100 == 0:
             progress(f"{k + 1} of {chains} chains: {dict(result.outcomes)}")
     ours = _robots() if robots else []
     for k in range(robots):
         robot, scene = ours[k % len(ours)]
         case = robot_case(rng, robot, scene)
         examine(case, result, f"{robot.name} {k} of seed {seed}")
-        if progress is not None and (k + 1) % 20 == 0:
+        if (k + 1) % 20 == 0:
             progress(f"{k + 1} of {robots} of robots: {dict(result.outcomes)}")
-    return result
 
 
 def _robots() -> list[tuple[Robot, Scene]]:
@@ -326,6 +339,7 @@ def summary(result: Result) -> dict[str, Any]:
     quantiles = (0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
     return {
         "motions": sum(n for name, n in result.outcomes.items() if ":" in name),
+        "interrupted": result.interrupted,
         "outcomes": dict(sorted(result.outcomes.items())),
         "instants resampled": result.instants,
         "wrong": result.wrong,
@@ -354,7 +368,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         lambda text: print(text, file=sys.stderr, flush=True),
     )
     print(json.dumps(summary(result), indent=1))
-    return int(bool(result.wrong))
+    return 130 if result.interrupted else int(bool(result.wrong))
 
 
 if __name__ == "__main__":
