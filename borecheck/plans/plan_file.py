@@ -31,6 +31,12 @@ from borecheck.plans.plan_fields import (
 )
 from borecheck.plans.plan_units import bare_names
 
+MARKUPS = (
+    "is a markups file of 3D Slicer, which is not read yet; write its two points as "
+    '{"unit": "mm", "frame": "LPS", "patient_position": "HFS", "origin": [x, y, z], '
+    '"plans": [{"name": "a", "entry": [...], "target": [...]}]}'
+)
+
 MAX_BYTES = 20_000_000  # a hundred thousand plans
 
 
@@ -42,12 +48,20 @@ def read_plans(path: str | Path) -> tuple[NeedlePlan, ...]:
             where and why.
     """
     text = _text(Path(path))
+    if _is_markups(text):
+        raise PlanError(path, MARKUPS)
     if text.lstrip()[:1] in ("{", "["):
         plans = _from_json(text, str(path))
     else:
         plans = _from_csv(text, str(path))
     _refuse_repeated([plan.name for plan in plans], str(path))
     return plans
+
+
+def _is_markups(text: str) -> bool:
+    """Whether it is a file of 3D Slicer, which says so where it begins."""
+    start = text.lstrip()[:400]
+    return "markups-schema" in start or start.startswith("# Markups fiducial file")
 
 
 def plans_csv(plans: Iterable[NeedlePlan]) -> str:

@@ -328,3 +328,9 @@ def test_a_position_without_a_frame_is_refused(tmp_path: Path) -> None:
         file.write_text(json.dumps(document))
         with pytest.raises(PlanError, match="patient_position needs a frame"):
             read_plans(file)
+
+
+@pytest.mark.parametrize("name", ["line.mrk.json", "pts.fcsv"])
+def test_markups_of_slicer_are_told_how_to_convert(name: str) -> None:
+    with pytest.raises(PlanError, match=r"markups file of 3D Slicer.*frame.*LPS"):
+        read_plans(DATA / "cases" / "slicer_plan" / name)
