@@ -256,3 +256,12 @@ def test_margins_are_for_obstacles_not_among_parts() -> None:
     own = document["pairs"][-1]
     assert own["margin_m"] == 0.0
     assert max(row[3] for row in own["intervals"]) < MARGIN
+
+
+def test_what_just_reaches_the_reserve_does_not_exceed_it(document: Document) -> None:
+    """In the very numbers: the way is stated a little less than it is, and allowed."""
+    clearance = 0.025 + MARGIN + RESERVE
+    row = (0.0, 1.0, 0.5, clearance, 0.025 - 0.5 * ROUNDING)
+    assert asked(row_of(document, *row)) != ()
+    above = float(np.nextafter(clearance, 1.0))
+    assert asked(row_of(document, 0.0, 1.0, 0.5, above, row[4])) == ()

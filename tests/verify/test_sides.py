@@ -200,3 +200,18 @@ def test_a_bound_is_taken_just_below_the_gap() -> None:
         assert may_be_nearer(first, second, gap).all()
         mirrored = lower_bounds(second, first)[0]
         assert mirrored == pytest.approx(bound, abs=1e-13 * (1.0 + gap))
+
+
+def test_a_near_corner_is_found_wherever_it_is_in_a_large_mesh() -> None:
+    """A row of 300 small triangles, and one that comes near to each in turn."""
+    small = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
+    row = np.concatenate([small + [float(k), 0.0, 0.0] for k in range(300)])
+    many = GroupedMesh(row, np.arange(900).reshape(-1, 3))
+    upright = np.array([[0.0, 0, 0], [0, 0, 9.0], [0, 0.1, 9.0]])
+    one = GroupedMesh(upright, np.array([[0, 1, 2]]))
+    for k in range(0, 300, 7):
+        T = transform([float(k), 0.0, 1e-3])
+        for distance, nearer in ((2e-3, True), (0.9e-3, False)):
+            assert nearer_than(one, many, T, distance) == nearer
+            back = transform([-float(k), 0.0, -1e-3])
+            assert nearer_than(many, one, back, distance) == nearer
