@@ -6,8 +6,16 @@ from xml.etree import ElementTree
 
 import jsonschema
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from borecheck.validation import Finding, Severity, validate_file
+from borecheck.validation import (
+    Finding,
+    Options,
+    Severity,
+    validate_file,
+    validate_text,
+)
 from borecheck.validation.outputs.json import as_json
 from borecheck.validation.outputs.junit import as_junit
 from borecheck.validation.outputs.markdown import as_markdown
@@ -135,3 +143,31 @@ def test_coloured_text_says_the_same(results):
     coloured = as_text(results, colour=True)
     assert "\033[" in coloured
     assert re.sub(r"\033\[[\d;]*m", "", coloured) == as_text(results)
+
+
+HOSTILE = st.text(
+    st.characters(blacklist_categories=("Cs",), blacklist_characters="\0"), max_size=12
+).map(lambda text: f"a{text}\n::error file=x::pwn\x85\u2028\x1b[2J\u202e")
+
+
+@settings(max_examples=30, deadline=None)
+@given(HOSTILE, HOSTILE)
+def test_whatever_a_name_holds_a_finding_is_one_line(link, file):
+    shown = "".join(f"&#{ord(c)};" for c in link if c in "\t\n\r" or c >= " ")
+    text = f'<robot name="r"><link name="{shown}"/><link name="{shown}"/></robot>'
+    found = validate_text(text, f"::{file}.urdf", Options(run=False))
+    assert found, "premise: two links of one name"
+    results = [(f"::{file}.urdf", found)]
+    forms = (
+        as_text(results, colour=False),
+        as_junit(results, Severity.ERROR),
+        as_markdown(results),
+        as_sarif(results, "collision"),
+    )
+    for form in forms:
+        for line in form.split("\n"):
+            assert line.isprintable(), line
+            assert not line.startswith(("::", "##["))
+    ElementTree.fromstring(forms[1])
+    heads = [line for line in forms[0].split("\n") if ": error: " in line]
+    assert len(heads) == sum(f.severity is Severity.ERROR for f in found)

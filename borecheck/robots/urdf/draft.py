@@ -13,6 +13,8 @@ from borecheck.robots.urdf.schema import (
     AXIS_TYPES,
     JOINT_TYPES,
     LIMITED_TYPES,
+    NUMERIC,
+    REQUIRED_ATTRIBUTES,
     SCHEMA,
     SHAPES,
 )
@@ -240,6 +242,22 @@ class UrdfDraft:
             below = children(element)
             stack.extend(c for c in reversed(below) if tag_of(c) in SCHEMA)
         return tuple(found)
+
+    @cached_property
+    def numeric(self) -> tuple[tuple[Any, str, str, str, int], ...]:
+        """Attributes that hold numbers: element, tag, name, text, how many it holds.
+
+        Left out are those with expressions of xacro in them, and blank ones that must
+        not be blank: both are told otherwise.
+        """
+        return tuple(
+            (element, tag, name, text, NUMERIC[tag, name])
+            for element, tag in self.standard
+            for name, text in element.attrib.items()
+            if (tag, name) in NUMERIC
+            and "$" not in text
+            and (text.strip() or name not in REQUIRED_ATTRIBUTES.get(tag, ()))
+        )
 
     @cached_property
     def links(self) -> tuple[DraftLink, ...]:

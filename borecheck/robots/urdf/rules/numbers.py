@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 from borecheck.robots.urdf.draft import UrdfDraft
 from borecheck.robots.urdf.rules.problem import Problem, matters
-from borecheck.robots.urdf.schema import LENGTHS, NUMERIC, REQUIRED_ATTRIBUTES
-from borecheck.robots.urdf.source import NotNumbersError, parse_numbers, tag_of
+from borecheck.robots.urdf.schema import LENGTHS
+from borecheck.robots.urdf.source import NotNumbersError, parse_numbers
 
 _PLAIN = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 FARTHEST = 1e9  # [m] as for the vertices of meshes
@@ -20,6 +20,7 @@ _WITH_UNIT = re.compile(
 
 class _Numeric(NamedTuple):
     element: Any
+    tag: str
     attribute: str
     text: str
     size: int
@@ -72,16 +73,9 @@ def locale(draft: UrdfDraft) -> Iterator[Problem]:
             yield numeric.problem(" is not written plainly")
 
 
-def _numeric(draft: UrdfDraft) -> Iterator[_Numeric]:
+def _numeric(draft: UrdfDraft) -> list[_Numeric]:
     """All numeric attributes that are there, without left-over xacro."""
-    for element, tag in draft.standard:
-        required = REQUIRED_ATTRIBUTES.get(tag, ())
-        for attribute, text in element.attrib.items():
-            size = NUMERIC.get((tag, attribute))
-            if size is None or "$" in text:
-                continue
-            if text.strip() or attribute not in required:  # that is told as missing
-                yield _Numeric(element, attribute, text, size)
+    return [_Numeric(*found) for found in draft.numeric]
 
 
 def _bad_words(text: str) -> list[str]:
@@ -97,7 +91,7 @@ def _is_locale(text: str) -> bool:
 
 def _is_far(numeric: _Numeric, word: str) -> bool:
     """Whether a length is so great that its square may overflow."""
-    is_length = (tag_of(numeric.element), numeric.attribute) in LENGTHS
+    is_length = (numeric.tag, numeric.attribute) in LENGTHS
     return is_length and bool(_PLAIN.fullmatch(word)) and abs(float(word)) > FARTHEST
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from difflib import get_close_matches
+from functools import lru_cache
 from typing import Any
 
 from borecheck.robots.urdf.draft import DraftShape, UrdfDraft
@@ -125,9 +126,13 @@ def _is_misspelt(where: str, word: str, known: tuple[str, ...]) -> bool:
     """Whether a word is meant for a known one: alike, or as long and nearly alike."""
     if where not in _SPELT:
         return False
-    alike = get_close_matches(word.lower(), known, 1, RESEMBLES)
-    as_long = [name for name in known if abs(len(name) - len(word)) <= 1]
-    return bool(alike or get_close_matches(word.lower(), as_long, 1, NEARLY))
+    as_long = tuple(name for name in known if abs(len(name) - len(word)) <= 1)
+    return _alike(word, known, RESEMBLES) or _alike(word, as_long, NEARLY)
+
+
+@lru_cache(maxsize=4096)
+def _alike(word: str, known: tuple[str, ...], how: float) -> bool:
+    return bool(get_close_matches(word.lower(), known, 1, how))
 
 
 def _is_the_only(child: Any) -> bool:
@@ -149,9 +154,7 @@ def _outside_extensions(root: Any) -> Iterator[tuple[Any, str]]:
 
 def _is_collision(element: Any, tag: str) -> bool:
     """A <collision> with geometry, however it is spelt (the word alone is a name)."""
-    if len(element) == 0 or not get_close_matches(
-        tag.lower(), ("collision",), 1, RESEMBLES
-    ):
+    if len(element) == 0 or not _alike(tag, ("collision",), RESEMBLES):
         return False
     return any(tag_of(below) == "geometry" for below in elements(element))
 
