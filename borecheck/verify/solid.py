@@ -3,9 +3,10 @@
 A point from which a straight line leads away without meeting a surface is outside,
 whatever the surface is. Where there is none, the surface's winding number is asked;
 but one that is 0 says "outside" only if each connected part of the surface lets a line
-lead away or meets itself nowhere, and those that wind round the point are apart: a
-block drawn on both sides, or two that overlap of which one is inside out, wind 0 times
-round what is in them. Then the answer is that it cannot be told.
+lead away or meets itself nowhere, and those that wind round the point are apart, the
+outermost not inside out: a block drawn on both sides, or one of two that is inside out
+where they overlap or hold each other, may hide matter that is wound round 0 times. Then
+the answer is that it cannot be told.
 """
 
 from enum import StrEnum
@@ -76,9 +77,13 @@ def _is_free(point: Array, mesh: GroupedMesh) -> bool:
         if turns is None or not is_embedded(part):
             return False
         if turns != 0:
-            around.append(part)
+            around.append((np.ptp(part.corners, axis=(0, 1)).sum(), turns, part))
+    around.sort(key=lambda one: -one[0])
+    if (np.cumsum([turns for _, turns, _ in around]) < 0).any():
+        return False  # the outermost is inside out: a cavity, or matter in matter
+    parts = [part for _, _, part in around]
     return not any(
-        nearer_than(a, b, np.eye(4), TOUCHING) for a, b in combinations(around, 2)
+        nearer_than(a, b, np.eye(4), TOUCHING) for a, b in combinations(parts, 2)
     )
 
 

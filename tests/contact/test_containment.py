@@ -43,7 +43,7 @@ ROOMS = {
     "overlapping": (joined(ROOM, BESIDE), "contact"),
     "cavity": (joined(ROOM, flipped(CAVE)), "clear"),
     "walls that cross": (WALLS, "clear"),
-    "cavity of an inverted file": (flipped(joined(ROOM, flipped(CAVE))), "clear"),
+    "block in an inverted one": (joined(flipped(ROOM), CAVE), "unknown"),
 }
 
 

@@ -42,6 +42,8 @@ ORIGIN = np.array([0.01, 0.02, 0.03])
         (_joined(_block(2.0, inside_out=True)), Side.INSIDE),
         # a room: its walls are solid, what is in it is not
         (_joined(_block(2.0), _block(1.9, inside_out=True)), Side.OUTSIDE),
+        # inside out: such a room, or a block in another one
+        (_joined(_block(2.0, inside_out=True), _block(1.9)), Side.UNTOLD),
         # drawn on both sides; and as two skins that nobody can tell from that
         (_joined(_block(2.0), _block(2.0, inside_out=True)), Side.UNTOLD),
         (_joined(_block(2.0), _block(2.0 - 1e-7, inside_out=True)), Side.UNTOLD),

@@ -8,8 +8,9 @@ The converse does not hold: two surfaces that cancel, a block drawn on both side
 0 times round the matter between them. A point is outside only if, for each component of
 the mesh that a ray from it crosses, another ray crosses nothing of that component, or
 the component is embedded and does not wind round the point. Embedded components that do
-and cancel, one well within the other, are a cavity. All else is undecided. Where every
-component is embedded and wound the same way, nothing cancels, and 0 is enough.
+and cancel, one well within the other and the outermost not inside out, are a cavity.
+All else is undecided. Where every component is embedded and wound the same way, nothing
+cancels, and 0 is enough.
 """
 
 from dataclasses import dataclass
@@ -236,4 +237,9 @@ def _is_free(point: NDArray[np.float64], mesh: TriangleMesh, known: Topology) ->
             return False
         if winding[part] != 0:
             around.append(part)
-    return known.are_nested(tuple(around))
+    if not known.are_nested(tuple(around)):
+        return False
+    around.sort(key=lambda part: np.ptp(known.corners_of(part), axis=(0, 1)).sum())
+    # From the outermost inwards. Below 0 is no matter: a whole file inside out, or a
+    # block in another that is; in that one the point would be in matter.
+    return bool((np.cumsum(winding[around[::-1]]) >= 0).all())

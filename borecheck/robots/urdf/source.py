@@ -21,6 +21,7 @@ MAX_BYTES = 50_000_000  # the largest public URDF is below 2 MB
 LONGEST_TAG = 40  # lines of one start tag
 MAX_DEPTH = 64  # a URDF needs 5 levels, with ros2_control and Gazebo 10
 MAX_ELEMENTS = 500_000
+MAX_ATTRIBUTES = 100  # of one element; URDF knows 8. Looking through n takes n^2 steps
 
 _NUMBER = re.compile(
     r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(inf|nan)[a-z]*", re.I | re.A
@@ -416,6 +417,9 @@ def _check_limits(root: Any, text: str, file: str) -> None:
             raise UrdfError(file, f"nests deeper than {MAX_DEPTH} levels", where)
         if count > MAX_ELEMENTS:
             raise UrdfError(file, f"holds more than {MAX_ELEMENTS} elements; refused")
+        if len(element.attrib) > MAX_ATTRIBUTES:
+            problem = f"an element has more than {MAX_ATTRIBUTES} attributes; refused"
+            raise UrdfError(file, problem, f"line {element.sourceline}")
         stack.extend((child, depth + 1) for child in element)
 
 

@@ -267,7 +267,8 @@ def test_overlapping_blocks_of_which_one_is_inverted():
 def test_a_cavity_needs_a_wall(edge, centre, side):
     hollow = joined(box(2.0), flipped(box(edge, centre)))
     assert is_inside((0.3, 0.2, 0.1), hollow) is side
-    assert is_inside((0.3, 0.2, 0.1), flipped(hollow)) is side
+    # inside out it may as well be a block in another one, of which that one is
+    assert is_inside((0.3, 0.2, 0.1), flipped(hollow)) is Side.UNDECIDED
     assert is_inside((0.3, 0.2, 0.1), topsy_back(hollow)) in (side, Side.INSIDE)
 
 
@@ -312,13 +313,6 @@ def test_the_rim_of_a_sheet_drawn_on_both_sides_is_open():
     opened = twice(TriangleMesh("bin", bin_.vertices, bin_.triangles[~lid]))
     assert not topology(opened).is_closed
     assert contained(box(0.1), opened).kind == "unknown"
-    # a flat fin of a solid holds nothing, whatever it is joined to
-    fin = TriangleMesh("f", [[0.5] * 3, [0.5, 0.5, -0.5], [2.0, 1.0, 0.0]], [[0, 1, 2]])
-    finned = joined(box(1.0), twice(fin))
-    assert topology(finned).component.max() == 0
-    assert topology(finned).is_closed
-    assert contained(box(0.1), finned).kind == "a_in_b"
-    assert contained(box(0.01, (0.8, 0.3, 0.0)), finned).kind == "none"
     # boxes face to face have a face in common, but no rim
     assert topology(joined(box(1.0), box(1.0, (1.0, 0.0, 0.0)))).is_closed
 
@@ -348,8 +342,9 @@ def test_random_blocks_turned_inside_out_hide_nothing(rng):
 
 
 def nested(sizes, centres, out):
-    """Whether blocks lie one in another and are wound against each other."""
+    """Whether blocks lie one in another, and matter ends before it begins again."""
     order = np.argsort(sizes[:, 0])[::-1]
     low, high = (centres - sizes / 2)[order], (centres + sizes / 2)[order]
     inside = (low[:-1] < low[1:]).all() and (high[1:] < high[:-1]).all()
-    return bool(inside and np.where(out, 1, -1).sum() == 0)
+    layers = np.where(out[order], 1, -1).cumsum()
+    return bool(inside and layers[-1] == 0 and layers.min() >= 0)

@@ -2,6 +2,7 @@ import pytest
 
 from borecheck.errors import UrdfError
 from borecheck.robots.urdf.source import (
+    MAX_ATTRIBUTES,
     MAX_BYTES,
     MAX_DEPTH,
     NotNumbersError,
@@ -10,6 +11,8 @@ from borecheck.robots.urdf.source import (
     read,
     read_bytes,
 )
+
+MANY = " ".join(f"a{k}='1'" for k in range(MAX_ATTRIBUTES + 1))
 
 
 def test_places_name_line_and_path():
@@ -37,6 +40,7 @@ def test_elements_of_equal_name_are_counted():
         ('<!DOCTYPE r [<!ENTITY a "b">]><robot/>', "entities"),
         ("<!DOCTYPE r [<!ELEMENT a ANY>]><robot/>", "entities"),
         ("<robot>" + "<a>" * MAX_DEPTH + "</a>" * MAX_DEPTH + "</robot>", "deeper"),
+        ("<robot><a " + MANY + "/></robot>", "attributes"),
         ("\x00\x01", "not"),
     ],
 )

@@ -8,6 +8,7 @@ from borecheck.robots.urdf.xacro.run import MARK, Run
 
 MAX_NODES = 60_000  # read by one expansion; the PR2 has 6,000
 MAX_ATTRIBUTES = 100_000  # PR2: 3,000
+MAX_DEPTH = 200  # of elements; the PR2 has 12. Each is marked in as many steps
 MAX_COPIES = 40_000  # of nodes, for each use of a macro or block; PR2: 8,000
 
 
@@ -23,14 +24,24 @@ def parse_document(data: bytes, run: Run) -> Any:
     number, path = len(run.files) - 1, run.files[-1]
 
     class Builder(expatbuilder.ExpatBuilderNS):
+        depth = 0
+
         def start_element_handler(self, name: str, attributes: Any) -> None:
             run.count("nodes", MAX_NODES)
+            self.depth += 1
+            if self.depth > MAX_DEPTH:
+                where = f"line {self.getParser().CurrentLineNumber}"
+                raise UrdfError(path, f"nests deeper than {MAX_DEPTH} levels", where)
             declared = len(self._ns_ordered_prefixes)  # type: ignore[attr-defined]
             run.count("attributes", MAX_ATTRIBUTES, len(attributes) // 2 + declared)
             super().start_element_handler(name, attributes)
             line = self.getParser().CurrentLineNumber
             element: Any = self.curNode
             element.setAttribute(MARK, f"{number}:{line}")
+
+        def end_element_handler(self, name: str) -> None:
+            self.depth -= 1
+            super().end_element_handler(name)
 
         def character_data_handler_cdata(self, data: str) -> None:
             run.count("nodes", MAX_NODES)
