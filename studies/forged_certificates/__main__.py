@@ -81,12 +81,11 @@ def mutations(tally: Tally, rng: np.random.Generator, case: Case, other: Case) -
     if found is None or not found.accepted:
         tally.false(kind, found)
     elif judge.is_same_motion(document, case.document):
-        tally.counts["still true: the same motion, told otherwise"] += 1
+        tally.counts["still true: the same motion up to 1e-12, told otherwise"] += 1
     elif judge.is_clear(document, {mesh_hash(*m): m for m in case.meshes}):
         tally.counts["still true: of another motion that is clear"] += 1
         again = tally.asked(f"bound {kind}", document, case.meshes, case.expect)
         if again is None or again.accepted:
-            # by less than what binding takes for rounding
             tally.counts["... and taken for the same when bound"] += 1
             tally.wrong.append(f"{kind}: accepted when bound")
     else:
@@ -123,7 +122,9 @@ def malformed(tally: Tally, rng: np.random.Generator, case: Case) -> None:
                 and found.accepted
                 and _is_genuine(file, genuine, case)
             ):
-                tally.counts["still true: the same motion, told otherwise"] += 1
+                tally.counts[
+                    "still true: the same motion up to 1e-12, told otherwise"
+                ] += 1
             else:
                 tally.false(kind, found)
 

@@ -15,6 +15,7 @@ from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion.bounds import FIXED, SLIDES, TURNS, Chain
 from borecheck.motion.problem import Body, PathProblem
 from borecheck.motion.search import search
+from borecheck.verify.binding import SAME
 
 Array = NDArray[np.float64]
 Document = Mapping[str, Any]
@@ -41,8 +42,24 @@ def is_clear(document: Document, meshes: Mapping[str, tuple[Array, Any]]) -> boo
 
 
 def is_same_motion(document: Document, other: Document) -> bool:
-    """Whether two certificates describe one motion, and differ in labels and proof."""
-    return _motion(document) == _motion(other)
+    """Whether two certificates describe one motion, and differ in labels and proof.
+
+    Numbers as near as binding asks for count as the same.
+    """
+    return is_nearly_same(_motion(document), _motion(other))
+
+
+def is_nearly_same(value: Any, other: Any) -> bool:
+    """Whether plain values are the same but for what binding takes for rounding."""
+    if isinstance(value, dict):
+        return value.keys() == other.keys() and all(
+            is_nearly_same(value[name], other[name]) for name in value
+        )
+    if isinstance(value, list):
+        return len(value) == len(other) and all(map(is_nearly_same, value, other))
+    if isinstance(value, float | int) and isinstance(other, float | int):
+        return abs(value - other) <= SAME
+    return bool(value == other)
 
 
 def _motion(document: Document) -> Document:
