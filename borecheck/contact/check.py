@@ -126,10 +126,12 @@ def check_with(
     """As `check`, with settings made before."""
     start = time.perf_counter()
     q = robot.model.check_limits(q)
-    verdict = _examined(robot, scene, q, chosen, corridor)
-    if verdict.contact and (shapes := round_shapes.within(robot, scene)) is not None:
-        inside = _examined(*shapes, q, chosen, corridor)
-        verdict = round_shapes.between(verdict, inside, robot, scene)
+
+    def examine(bodies: Robot, surroundings: Scene) -> Verdict:
+        return _examined(bodies, surroundings, q, chosen, corridor)
+
+    verdict = examine(robot, scene)
+    verdict = round_shapes.confirmed(verdict, robot, scene, examine)
     return replace(verdict, seconds=time.perf_counter() - start)
 
 

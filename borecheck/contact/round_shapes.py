@@ -5,12 +5,32 @@ What they say is contact is asked again of the polyhedra within the shapes, whic
 true of the shapes too. Between the two stands `unknown`, with the width of that band.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
 from borecheck.contact.verdict import UNKNOWN, Verdict
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
+
+
+def confirmed(
+    around: Verdict, robot: Robot, scene: Scene, examine: Callable[..., Verdict]
+) -> Verdict:
+    """The verdict for the shapes, from that for the polyhedra round them.
+
+    Args:
+        around: What was found of those.
+        robot: The robot.
+        scene: The scene.
+        examine: Gives the verdict for surfaces as they are, of robot and scene.
+    """
+    if not around.contact or is_sure(around, robot, scene):
+        return around
+    shapes = within(robot, scene)
+    if shapes is None:
+        return around
+    return between(around, examine(*shapes), robot, scene)
 
 
 @lru_cache(maxsize=8)
@@ -22,6 +42,20 @@ def within(robot: Robot, scene: Scene) -> tuple[Robot, Scene] | None:
     parts = tuple(replace(part, mesh=part.mesh.inner) for part in robot.parts)
     obstacles = tuple(replace(o, mesh=o.mesh.inner) for o in scene.obstacles)
     return replace(robot, parts=parts), replace(scene, obstacles=obstacles)
+
+
+def is_sure(around: Verdict, robot: Robot, scene: Scene) -> bool:
+    """Whether a verdict of contact rests on a pair of which neither is round."""
+    parts = {part.mesh.name: part.mesh.excess for part in robot.parts}
+    obstacles = {o.name: o.mesh.excess for o in scene.obstacles}
+    pairs = [(p.link, p.obstacle, obstacles) for p in around.contacts]
+    pairs += [(p.link, p.obstacle, parts) for p in around.self_contacts]
+    pairs += [
+        (c.link, c.obstacle, parts if c.role == "self" else obstacles)
+        for c in around.contained
+        if c.state != UNKNOWN
+    ]
+    return any(parts[a] == others[b] == 0.0 for a, b, others in pairs)
 
 
 def between(around: Verdict, inside: Verdict, robot: Robot, scene: Scene) -> Verdict:

@@ -7,11 +7,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import borecheck as bc
+from borecheck.contact import round_shapes
 from borecheck.geometry.mesh.primitives import TOLERANCE, box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion.certify import write_path_certificate
 from borecheck.robots.scene import Obstacle, Scene
 from borecheck.verify.check import verify
+from tests.places import ROBOTS
 
 LENGTH = 0.12
 SHAPES = {
@@ -170,6 +172,20 @@ def test_unknown_says_how_well_the_shape_is_known(tmp_path):
     assert "round is round and known to 0.049 mm" in motion.reason
     assert motion.intervals[0].verdict == "clear"
     assert motion.intervals[-1].verdict == "unknown"
+
+
+def test_contact_of_shapes_that_are_not_round_is_not_asked_again(monkeypatch):
+    robot = bc.load_robot(ROBOTS / "two_link.urdf")  # a box, and a rod above it
+    base = bc.check(robot, wall_at(0.09), [0.0])
+    assert base.contact
+    assert {pair.link for pair in base.contacts} == {"base"}
+    monkeypatch.setattr(round_shapes, "within", lambda *_: 1 / 0)
+    assert bc.check(robot, wall_at(0.09), [0.0]).contacts == base.contacts
+    at_the_rod = box("b", (0.2, 0.2, 0.2))
+    mesh = TriangleMesh("b", at_the_rod.vertices + [0.14, 0, 0.7], at_the_rod.triangles)
+    scene = Scene("s", None, {}, "t", (Obstacle("b", "other", mesh, ""),), {}, (), ())
+    with pytest.raises(ZeroDivisionError):
+        bc.check(robot, scene, [0.0])
 
 
 def test_where_contact_begins_is_where_the_true_shape_touches(tmp_path):

@@ -106,12 +106,8 @@ def topology(mesh: TriangleMesh) -> Topology:
     same = _places(mesh.vertices)
     t = same[mesh.triangles]
     n = int(same.max()) + 1
-    component = _components(t, n)
-    is_closed = _edges_cancel(t, n) and all(
-        _is_flat(mesh.corners[component == part].reshape(-1, 3))
-        for part in np.unique(component[_at_rims(t, n)])
-    )
-    return Topology(mesh, is_closed, component)
+    is_closed = _edges_cancel(t, n) and not _has_rim(mesh.corners, t, n)
+    return Topology(mesh, is_closed, _components(t, n))
 
 
 def cached_topology(mesh: TriangleMesh) -> Topology:
@@ -181,22 +177,30 @@ def _way(corners: NDArray[np.float64]) -> int:
     return int(np.sign(volumes.sum())) if sure else 0
 
 
-def _at_rims(triangles: NDArray[np.int64], n: int) -> NDArray[np.int64]:
-    """Triangles with an edge at which all triangles coincide, as indices.
+def _has_rim(
+    corners: NDArray[np.float64], triangles: NDArray[np.int64], n: int
+) -> bool:
+    """Whether a sheet that is drawn on both sides ends in a rim and is not flat.
 
-    A sheet that is drawn on both sides ends there.
+    A flat one, or a fin of a solid, holds nothing.
     """
     drawn = np.sort(triangles, axis=1)
     order = np.lexsort(drawn.T)
-    again = (np.diff(drawn[order], axis=0) == 0).all(axis=1)
-    if not again.any():
-        return np.zeros(0, dtype=np.int64)
-    distinct = order[np.append(True, ~again)]
+    again = np.flatnonzero((np.diff(drawn[order], axis=0) == 0).all(axis=1))
+    if len(again) == 0:
+        return False
+    twice = order[again]
+    distinct = np.delete(order, again + 1)
     edges = drawn[distinct][:, [0, 1, 1, 2, 0, 2]].reshape(-1, 2)
-    key = edges[:, 0] * n + edges[:, 1]
-    _, where, count = np.unique(key, return_inverse=True, return_counts=True)
-    at_rim = (count[where] == 1) & (edges[:, 0] != edges[:, 1])
-    return distinct[at_rim.reshape(-1, 3).any(axis=1)]
+    keys, count = np.unique(edges[:, 0] * n + edges[:, 1], return_counts=True)
+    rim = keys[count == 1]
+    sides = drawn[twice][:, [0, 1, 1, 2, 0, 2]].reshape(-1, 2)
+    at_rim = np.isin(sides[:, 0] * n + sides[:, 1], rim) & (sides[:, 0] != sides[:, 1])
+    sheet = _components(triangles[twice], n)
+    return not all(
+        _is_flat(corners[twice[sheet == part]].reshape(-1, 3))
+        for part in np.unique(sheet[at_rim.reshape(-1, 3).any(axis=1)])
+    )
 
 
 def _is_flat(points: NDArray[np.float64]) -> bool:

@@ -313,6 +313,13 @@ def test_the_rim_of_a_sheet_drawn_on_both_sides_is_open():
     opened = twice(TriangleMesh("bin", bin_.vertices, bin_.triangles[~lid]))
     assert not topology(opened).is_closed
     assert contained(box(0.1), opened).kind == "unknown"
+    # a flat fin of a solid holds nothing, whatever it is joined to
+    fin = TriangleMesh("f", [[0.5] * 3, [0.5, 0.5, -0.5], [2.0, 1.0, 0.0]], [[0, 1, 2]])
+    finned = joined(box(1.0), twice(fin))
+    assert topology(finned).component.max() == 0
+    assert topology(finned).is_closed
+    assert contained(box(0.1), finned).kind == "a_in_b"
+    assert contained(box(0.01, (0.8, 0.3, 0.0)), finned).kind == "none"
     # boxes face to face have a face in common, but no rim
     assert topology(joined(box(1.0), box(1.0, (1.0, 0.0, 0.0)))).is_closed
 
