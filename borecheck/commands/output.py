@@ -13,6 +13,22 @@ from borecheck.report.document import dumps
 
 Text = Callable[[Mapping[str, Any]], str]
 
+# No result is called so, but what was read may be: a scene, a mesh of the robot's file.
+_NO_RESULT = frozenset(
+    (
+        ".stl",
+        ".obj",
+        ".ply",
+        ".dae",
+        ".urdf",
+        ".xacro",
+        ".srdf",
+        ".yaml",
+        ".yml",
+        ".npz",
+    )
+)
+
 
 def check_outputs(args: argparse.Namespace) -> None:
     """Refuses outputs that cannot be written, before any work is done."""
@@ -28,11 +44,14 @@ def refuse_outputs(args: argparse.Namespace, *names: str) -> None:
 
     Raises:
         InputError: It cannot be written.
-        UsageError: Two of them are one file, or one is a file that is read as well.
+        UsageError: Two of them are one file, or one is a file that is read as well, or
+            a mesh or robot file that is there.
     """
     given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
-    for path in given.values():
+    for name, path in given.items():
         check_writable(path)
+        if name != "urdf":  # the one output that is a robot file
+            _refuse_other_files(name, path)
     for (name, path), (other, second) in combinations(given.items(), 2):
         if same_file(path, second):
             raise UsageError(f"--{name} and --{other} name the same file")
@@ -40,6 +59,12 @@ def refuse_outputs(args: argparse.Namespace, *names: str) -> None:
     for value in others.values():
         for text in value if isinstance(value, list) else [value]:
             _refuse_input(given, text)
+
+
+def _refuse_other_files(name: str, path: Path) -> None:
+    """Refuses to write a result over a file of another kind, links followed."""
+    if path.is_file() and path.resolve().suffix.lower() in _NO_RESULT:
+        raise UsageError(f"--{name} {path}: is there already and no result")
 
 
 def _refuse_input(outputs: Mapping[str, Path], text: object) -> None:

@@ -12,6 +12,8 @@ import pytest
 from borecheck.cli import main
 from borecheck.core.whole_files import check_writable, same_file, write_all, write_whole
 from borecheck.errors import InputError
+from borecheck.geometry.mesh.primitives import box
+from borecheck.geometry.mesh_files.reading import write_stl
 from tests.places import ROBOTS
 
 NULL = Path("/dev/null")
@@ -164,6 +166,21 @@ def test_an_output_is_none_of_the_files_that_are_read(tmp_path, capsys):
     assert main([*words, *both]) == 2
     assert "the same file" in capsys.readouterr().err
     assert path.read_text() == "j\n0\n"
+
+
+@pytest.mark.parametrize("name", ["room.stl", "room.STL", "link.json"])
+def test_no_result_replaces_a_mesh_or_a_robot(name, tmp_path, capsys):
+    """Whether it is read under another name (`room.stl:m@0,0,1`), or by the robot."""
+    room = tmp_path / ("room.stl" if name == "link.json" else name)
+    write_stl(room, box("room", (1, 1, 1)))
+    before = room.read_bytes()
+    if name == "link.json":
+        (tmp_path / name).symlink_to(room)
+    words = ["check", str(ROBOTS / "two_link.urdf"), f"{room}:m@0,0,1", "--q", "home"]
+    for option in ("--out", "--report"):
+        assert main([*words, option, str(tmp_path / name)]) == 2
+        assert "is there already and no result" in capsys.readouterr().err
+    assert room.read_bytes() == before
 
 
 def test_a_result_that_cannot_be_written_is_shown_all_the_same(tmp_path, capsys):
