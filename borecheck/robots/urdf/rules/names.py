@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
+from functools import lru_cache
 
 from borecheck.robots.urdf.draft import DraftJoint, DraftLink, UrdfDraft
 from borecheck.robots.urdf.rules.problem import Problem
@@ -35,7 +36,11 @@ def duplicate(draft: UrdfDraft) -> Iterator[Problem]:
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """The known word that is most like a misspelt one."""
-    names = list(known)
+    return _nearest(word, tuple(known))
+
+
+@lru_cache(maxsize=256)  # thousands of elements may be misspelt alike
+def _nearest(word: str, names: tuple[str, ...]) -> str | None:
     by_letters = {"".join(sorted(name.lower())): name for name in names}
     same_letters = by_letters.get("".join(sorted(word.lower())))
     if same_letters is not None:

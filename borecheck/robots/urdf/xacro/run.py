@@ -14,7 +14,7 @@ MAX_FILE_BYTES = 5_000_000  # one file; the largest public ones are below 1 MB
 MAX_FILES = 1_000  # read by one expansion, the same file again included; PR2: 57
 MAX_MACRO_CALLS = 3_000  # the PR2 makes 140
 MAX_DEFINITIONS = 2_000  # of properties and macros; the PR2 has 330
-MAX_ELEMENTS = 20_000  # visited; the PR2 has 3,000
+MAX_ELEMENTS = 15_000  # visited; the PR2 has 3,000
 MAX_TEXT = 5_000_000  # letters of all texts, worked out; PR2: 130,000
 
 MARK = "borecheck-place"  # attribute that carries file and line through the expansion
