@@ -137,6 +137,8 @@ def test_a_puncture_beside_the_plan_is_clear_to_none(needle):
         assert found.verdict != "clear", checker
         assert (found.verdict == "contact") == (found.checker_verdict == "contact")
         assert found.corridor_contacts == 0
+        if checker == "exact":  # it goes through, neither touching nor by a tolerance
+            assert (found.verdict, found.qualifiers) == ("contact", ())
 
 
 def test_where_the_tip_is_does_not_rest_on_a_blind_checker(needle):
@@ -182,6 +184,27 @@ def test_a_contact_counts_every_pair_once_and_tells_its_depth(rod, checker):
     flush = bc.check(rod, scene_of(("other", wall(ROD / 2))), [0.0], checker=checker)
     assert flush.verdict == "contact"
     assert flush.qualifiers == ("touching",)
+
+
+def test_a_spike_that_enters_a_face_crosses_it_whoever_is_large(rod):
+    """The rod's edges meet nothing: those of the spike go through its large face."""
+    corners = [[0.0095, 0.001, 0.05], [0.05, 0.0, 0.05], [0.05, 0.003, 0.052]]
+    spike = TriangleMesh("spike", np.array(corners), np.array([[0, 1, 2]]))
+    found = bc.check(rod, scene_of(("other", spike)), [0.0])
+    assert (found.verdict, found.qualifiers) == ("contact", ())
+
+
+def test_grown_or_not_a_pair_of_triangles_is_told_once(rod):
+    block = box("block", (0.1, 0.1, 0.1))
+    beside = TriangleMesh("block", block.vertices + [0.065, 0, 0], block.triangles)
+    scene = scene_of(("other", beside))
+    for kind in ("enlarge-axes", "enlarge-axes:world"):
+        found = bc.check(rod, scene, [0.0], margin=0.02, margin_kind=kind)
+        pairs = [(c.link_triangle, c.obstacle_triangle) for c in found.contacts]
+        assert found.qualifiers == ("within_margin",)
+        assert len(set(pairs)) == len(pairs) > 0
+        assert max(first for first, _ in pairs) < 12
+        assert max(second for _, second in pairs) < 12
 
 
 def test_coals_tolerance_is_told(rod):

@@ -6,7 +6,7 @@ import pytest
 import borecheck as bc
 from borecheck.contact.clearance import to_obstacles
 from borecheck.core.se3 import transform
-from borecheck.geometry.mesh.primitives import box
+from borecheck.geometry.mesh.primitives import box, sphere
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.surfaces import surface
 from borecheck.plans.corridor import Corridor
@@ -157,6 +157,18 @@ def test_round_shapes_widen_the_upper_bound_alone(robot, tmp_path):
     )
     assert best.distance <= 0.2 <= best.upper
     assert best.upper - best.distance < 1e-3
+
+
+def test_of_a_round_obstacle_too(robot):
+    """0.3 m of true gap lie between both bounds, less than the shape's excess apart."""
+    ball = sphere("ball", 0.1).moved(transform([-0.5, 0.0, 0.0]))
+    assert ball.excess > 0.0
+    placements = {**robot.placements([0.0, 0.0])}
+    for name in ("arm", "hand"):
+        placements[name] = transform([20.0, 0.0, 0.0])
+    best, _ = to_obstacles(robot, scene_of(("ball", "other", ball)), placements)
+    assert best.distance <= 0.3 <= best.upper
+    assert best.upper - best.distance == pytest.approx(ball.excess, abs=ROUNDING)
 
 
 def test_a_part_of_many_names_keeps_its_least(robot):
