@@ -72,4 +72,4 @@ def read_urdf(
         return source.text, tuple(odd)
     expanded = expand(path, arguments, roots)
     unused = tuple(f"argument {name} is not used by {path}" for name in expanded.unused)
-    return expanded.text, unused
+    return expanded.text, (*unused, *expanded.stray)

@@ -1,11 +1,14 @@
 """From a file to the record that checks look at, or to the finding that stops it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from borecheck.core.text import printable
 from borecheck.errors import UrdfError
 from borecheck.robots.urdf import source as urdf_source
+from borecheck.robots.urdf.rules.problem import Problem
+from borecheck.robots.urdf.rules.tree import too_deep
 from borecheck.robots.urdf.xacro import is_xacro
 from borecheck.validation.findings import Finding
 from borecheck.validation.options import Options
@@ -45,6 +48,9 @@ def _load(
         code = "D102" if "well-formed" in error.problem else "D101"
         return _stopped(code, error, file, options), ()
     robot = Robot(source=source, file=file, options=options, folder=folder)
+    deep = next(too_deep(robot), None)
+    if deep is not None:
+        return _refused("T211", robot, deep), ()
     found, faulty = suppressions_in(source, file)
     if not origins:
         robot.notes["D131"] = [(c.element, f"the comment {c.problem}") for c in faulty]
@@ -68,10 +74,22 @@ def _load_xacro(path: Path, raw: bytes, options: Options) -> Loaded:
         robot.notes["D112"] = [
             (None, f"argument {name!r} is never used") for name in expanded.unreferenced
         ]
+        robot.notes["D135"] = [(None, line) for line in expanded.stray]
         robot.notes["D113"] = [
             (None, line) for line in expanded.warnings if line.startswith("warning:")
         ]
     return robot, suppressions_of(expanded.files)
+
+
+def _refused(code: str, robot: Robot, problem: Problem) -> Finding:
+    """What keeps all other checks from looking at the robot."""
+    place = robot.source.place(problem.element)
+    error = UrdfError(f"{place.file}:{place.line}", problem.message, place.path)
+    return replace(
+        _stopped(code, error, robot.file, robot.options),
+        element=printable(place.path),
+        message=printable(problem.message),
+    )
 
 
 def _stopped(code: str, error: UrdfError, file: str, options: Options) -> Finding:

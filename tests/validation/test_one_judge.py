@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from borecheck.cli import main
 from borecheck.errors import BorecheckError
 from borecheck.robots.robot import robot_with
 from borecheck.validation import validate_file
@@ -101,6 +102,26 @@ def test_stray_bytes_are_read_over_with_a_warning(tmp_path, before, behind):
     assert robot_with(file, {}).warnings
     found = validate_file(file, configured=False, run=False)
     assert "D135" in {finding.code for finding in found}
+
+
+@pytest.mark.parametrize(("before", "behind"), [(b"\n ", b""), (b"", b"\0\0")])
+def test_stray_bytes_around_a_xacro_too(tmp_path, before, behind):
+    xacro = ARM.replace("<robot ", '<robot xmlns:xacro="x" ', 1).encode()
+    file = tmp_path / "r.urdf.xacro"
+    file.write_bytes(before + xacro + behind)
+    assert agree(file)
+    assert robot_with(file, {}).warnings
+    found = validate_file(file, configured=False, run=False)
+    assert "D135" in {finding.code for finding in found}
+
+
+def test_all_sources_of_kinematics_read_the_coding(tmp_path, capsys):
+    head = '<?xml version="1.0" encoding="ISO-8859-1"?>'
+    text = re.sub(r"<\?xml[^>]*\?>", head, ARM).replace('"elbow"', '"b\u00fcgel"')
+    file = tmp_path / "r.urdf"
+    file.write_bytes(text.encode("latin-1"))
+    assert main(["fk", str(file), "--random", "20"]) == 0
+    assert "yourdfpy" in capsys.readouterr().out
 
 
 def test_a_silenced_error_is_not_told_again(tmp_path):

@@ -248,6 +248,8 @@ def without_stray(raw: bytes) -> tuple[bytes, tuple[SourceDefect, ...]]:
     behind the end. Lines keep their numbers.
     """
     found = []
+    if raw.startswith(tuple(_WIDE)):
+        return raw, ()  # zeros are half of its characters
     body = raw.removeprefix(_MARK)
     start = body.lstrip(_BLANK + _MARK)
     if start.startswith(b"<?xml") and len(start) < len(body):
@@ -424,6 +426,8 @@ def _check_limits(root: Any, text: str, file: str) -> None:
 
 
 def _decoded(raw: bytes, root: Any) -> str:
+    """The text; without the coding it declares, which a text no longer has."""
+    raw = _DECLARED.sub(rb"\1", raw, count=1)
     coding = root.getroottree().docinfo.encoding or "utf-8"
     try:
         return raw.removeprefix(_MARK).decode(coding, "replace")

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+MOST_MOVING = 200  # of them Pinocchio's data take 0.6 GB, of twice as many 4 GB
 MOST_MEMORY = 8_000_000_000  # bytes of address space, of which less is used
 
 Frames = dict[str, list[list[float]]]
@@ -27,6 +28,8 @@ def pinocchio_frames(
     import pinocchio as pin
 
     model = pin.buildModelFromXML(text)
+    if model.nv > MOST_MOVING:
+        raise MemoryError(f"not asked: its memory grows with {model.nv} joints cubed")
     data = model.createData()
     frames: Frames = {}
     for positions in configurations:

@@ -42,6 +42,7 @@ class Expanded:
         packages: Folders that `$(find ...)` stood for.
         places: (file, line) of the source of each element of `text`, in document order.
         warnings: What the xacro package had to say.
+        stray: Bytes around the text of files that were read over, in a line each.
     """
 
     text: str
@@ -53,6 +54,7 @@ class Expanded:
     packages: tuple[str, ...]
     places: tuple[tuple[Path, int], ...]
     warnings: tuple[str, ...]
+    stray: tuple[str, ...] = ()
 
 
 def is_xacro(path: Path) -> bool:
@@ -97,6 +99,7 @@ def expand(
         packages=tuple(run.packages),
         places=places,
         warnings=tuple(line for line in noise.getvalue().splitlines() if line),
+        stray=tuple(run.stray),
     )
 
 

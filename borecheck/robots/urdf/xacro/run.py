@@ -8,6 +8,7 @@ from typing import Any, Self
 
 from borecheck.errors import UrdfError
 from borecheck.robots.urdf.reach import Reach, Roots
+from borecheck.robots.urdf.source import without_stray
 from borecheck.robots.urdf.xacro.values import Budget
 
 MAX_FILE_BYTES = 5_000_000  # one file; the largest public ones are below 1 MB
@@ -35,6 +36,7 @@ class Run:
         referenced: Arguments that something refers to.
         packages: Folders that `$(find ...)` stood for.
         counts: How much was used of what is bounded.
+        stray: Bytes around the text of files that were read over, in a line each.
         place: File and line of the element that the expansion is at.
     """
 
@@ -48,6 +50,7 @@ class Run:
     referenced: set[str] = field(default_factory=set)
     packages: dict[str, None] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
+    stray: list[str] = field(default_factory=list)
     place: tuple[Path, int] | None = None
 
     def enter(self, node: Any) -> None:
@@ -92,7 +95,9 @@ class Run:
             if path.stat().st_size > MAX_FILE_BYTES:
                 problem = f"{path} is larger than {MAX_FILE_BYTES // 10**6} MB"
                 raise UnreadableError.at(self, problem)
-            return path.read_bytes()
+            raw, stray = without_stray(path.read_bytes())
+            self.stray += [f"{path}:{d.line}: {d.message}" for d in stray]
+            return raw
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             raise UnreadableError.at(self, f"{path}: {reason}") from error
