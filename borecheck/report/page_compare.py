@@ -49,7 +49,10 @@ def views(document: Mapping[str, Any]) -> dict[str, Any]:
 def _depth(dispute: Mapping[str, Any]) -> float:
     """How far the triangles reach through each other's planes, [m]."""
     corners = np.array(dispute["corners"], dtype=np.float64)
-    return min(_reach(corners[0], corners[1]), _reach(corners[1], corners[0]))
+    # a damaged file may hold corners whose products overflow: no depth can be told
+    with np.errstate(over="ignore", invalid="ignore"):
+        depth = min(_reach(corners[0], corners[1]), _reach(corners[1], corners[0]))
+    return depth if np.isfinite(depth) else 0.0
 
 
 def _reach(plane: Any, other: Any) -> float:
