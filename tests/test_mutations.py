@@ -9,7 +9,7 @@ import pytest
 
 from studies.mutations.__main__ import files_for, sample, sources
 from studies.mutations.changes import mutants, mutated
-from studies.mutations.exempt import KERNELS
+from studies.mutations.exempt import EQUIVALENT, KERNELS
 from studies.mutations.judge import PROJECT, KnownTest, reaching
 
 VERDICT = "borecheck/contact/verdict.py"
@@ -141,3 +141,12 @@ def test_tests_that_reach_the_line_are_asked_quickest_first():
     assert found == ["quick", "slow"]
     every = [t.name for t in reaching(tests, module, (1, 1), importing=True)]
     assert every == ["quick", "elsewhere", "slow"]
+
+
+def test_what_is_called_equivalent_is_there():
+    """A change that no longer exists is no reason, and a reason is a sentence."""
+    modules = {name.partition(" ")[0] for name in EQUIVALENT}
+    texts = {module: (PROJECT / module).read_text() for module in modules}
+    there = {m.change for name, text in texts.items() for m in mutants(name, text)}
+    assert set(EQUIVALENT) <= there
+    assert all(len(reason) > 20 for reason in EQUIVALENT.values())
