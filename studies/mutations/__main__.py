@@ -137,7 +137,7 @@ def recorded(files: Sequence[str], state: State, texts: dict[str, str]) -> None:
 def run(chosen: Sequence[Mutant], state: State, texts: dict[str, str]) -> None:
     """Asks of every mutant that is not known to be noticed; two at a time."""
     waiting = [m for m in chosen if (m.module, m.number) not in state.noticed]
-    waiting.sort(key=lambda m: m.module in KERNELS)
+    waiting.sort(key=lambda m: (m.module in KERNELS, _cost(m, state, texts)))
     running: list[tuple[Mutant, Child]] = []
     done = 0
     while waiting or running:
@@ -157,12 +157,24 @@ def run(chosen: Sequence[Mutant], state: State, texts: dict[str, str]) -> None:
 
 
 def _asked(mutant: Mutant, state: State, texts: dict[str, str]) -> Child:
-    tests = [t for file in files_for(mutant.module) for t in state.tests[file]]
-    is_kernel = "@njit" in texts[mutant.module]  # no line of it is traced
-    importing = is_kernel or not mutant.function.rpartition(".")[2].islower()
-    found = judge.reaching(tests, mutant.module, mutant.lines, importing=importing)
+    found = _tests_of(mutant, state, texts)
     tree = mutated(texts[mutant.module], mutant.number)
-    return judge.judged(mutant.module, tree, list(found), kernels=is_kernel)
+    return judge.judged(mutant.module, tree, found, kernels=_compiled(mutant, texts))
+
+
+def _tests_of(mutant: Mutant, state: State, texts: dict[str, str]) -> list[KnownTest]:
+    tests = [t for file in files_for(mutant.module) for t in state.tests[file]]
+    importing = not mutant.function.rpartition(".")[2].islower()
+    importing = importing or _compiled(mutant, texts)  # no line of it is traced
+    return list(judge.reaching(tests, mutant.module, mutant.lines, importing=importing))
+
+
+def _compiled(mutant: Mutant, texts: dict[str, str]) -> bool:
+    return "@njit" in texts[mutant.module]
+
+
+def _cost(mutant: Mutant, state: State, texts: dict[str, str]) -> float:
+    return sum(test.seconds for test in _tests_of(mutant, state, texts))
 
 
 def _settle(mutant: Mutant, told: dict[str, Any] | None, state: State) -> None:

@@ -38,6 +38,8 @@ BELOW = (
 )
 # A test that takes longer is a study; what only it would notice counts as missed, [s].
 SLOWEST = 8.0
+# Of all that reach a change the quickest are run, until they take so long, [s].
+BUDGET = 30.0
 # Processor time for a mutant beside that of its tests, [s]; then it hangs: noticed.
 GRACE = 20.0
 COMPILING = 900.0
@@ -325,8 +327,10 @@ def reaching(
         importing: Whether the lines are run on import: then every test does.
     """
     wanted = set(range(lines[0], lines[1] + 1))
+    spent = 0.0
     for test in sorted(tests, key=lambda test: test.seconds):
-        if test.seconds > SLOWEST:
-            return
         if importing or wanted & test.lines.get(module, frozenset()):
+            spent += test.seconds
+            if test.seconds > SLOWEST or spent > BUDGET:
+                return
             yield test
