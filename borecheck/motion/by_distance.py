@@ -10,9 +10,9 @@ is the argument of the certificate, too (`motion.certificate` says why the bound
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.motion.bounds import FIXED, TURNS, WORLD, Chain, Route
 from borecheck.motion.halving import TOUCHED, UNDECIDED
 
@@ -109,7 +109,7 @@ def displacement_about(
     return float(total) * (1.0 + 1e-12) + 1e-12
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _displacement(joints, kind, axis, placed, change, T, bounds):  # type: ignore[no-untyped-def]
     """Sum over the joints of their change times the box's distance from their axis."""
     corners = np.zeros((8, 3))
@@ -128,7 +128,7 @@ def _displacement(joints, kind, axis, placed, change, T, bounds):  # type: ignor
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _farthest(points, T, axis):  # type: ignore[no-untyped-def]
     """Largest distance of points from the line through T's origin along an axis."""
     n = np.zeros(3)

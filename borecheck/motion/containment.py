@@ -7,12 +7,12 @@ no inside; there only boxes that stay apart all the way answer. Where crossings 
 ray cancel, `solid` is asked, which knows when they may.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.tree.build import CHILD_ROW, WIDTH
 from borecheck.geometry.triangles.placing import place_mesh, place_point, placed_bounds
 from borecheck.geometry.triangles.solid import Containment, contained
@@ -28,8 +28,6 @@ Array = NDArray[np.float64]
 
 # Instants at which boxes of open meshes are compared.
 INSTANTS = 129
-
-_KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 
 def examine_containment(
@@ -94,7 +92,7 @@ def _held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Containment:
     return contained(*placed, a.topology, b.topology)
 
 
-@njit(**_KERNEL)
+@kernel
 def _inside(points, T_inner, T_outer, bounds, nodes, frame, depth, corners):  # type: ignore[no-untyped-def]
     """Winding number of the first of the points that is not outside, or 0.
 
@@ -119,7 +117,7 @@ def _inside(points, T_inner, T_outer, bounds, nodes, frame, depth, corners):  # 
     return 0, doubt
 
 
-@njit(**_KERNEL)
+@kernel
 def _taken_back(T, x, y, z):  # type: ignore[no-untyped-def]
     """The point that T takes to (x, y, z), by Cramer's rule."""
     d = (x - T[0, 3], y - T[1, 3], z - T[2, 3])
@@ -128,7 +126,7 @@ def _taken_back(T, x, y, z):  # type: ignore[no-untyped-def]
     return _triple(d, v, w) / size, _triple(u, d, w) / size, _triple(u, v, d) / size
 
 
-@njit(**_KERNEL)
+@kernel
 def _triple(u, v, w):  # type: ignore[no-untyped-def]
     return (
         u[0] * (v[1] * w[2] - v[2] * w[1])
@@ -137,7 +135,7 @@ def _triple(u, v, w):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**_KERNEL)
+@kernel
 def along_ray(nodes, frame, depth, point):  # type: ignore[no-untyped-def]
     """Leaves whose boxes the ray from a point along +x may meet.
 

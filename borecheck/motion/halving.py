@@ -8,11 +8,9 @@ motions cost as little as coarse ones.
 Rows of an array of *findings* are (from, to, outcome), times in units of waypoints.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from borecheck.geometry.kernels.compile import INLINE, kernel
 from borecheck.geometry.tree.build import F32, WIDTH
 from borecheck.motion.bounds import SLIDES, TURNS, WORLD
 from borecheck.motion.swept_boxes import (
@@ -43,18 +41,15 @@ _DEPTH = 128  # of halving: 20 for a million waypoints, 50 until fractions end
 # differ from those in the world by what `check_transform` lets pass.
 _GENEROUS = 1.0 + 1e-5
 
-_KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
-_INLINE: dict[str, Any] = {**_KERNEL, "forceinline": True}
 
-
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _copy(source, target):  # type: ignore[no-untyped-def]
     for i in range(4):
         for j in range(4):
             target[i, j] = source[i, j]
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _multiply(left, right, product):  # type: ignore[no-untyped-def]
     """Product of two rigid transforms; it may not be one of the factors."""
     for i in range(3):
@@ -67,7 +62,7 @@ def _multiply(left, right, product):  # type: ignore[no-untyped-def]
     product[3, 3] = 1.0
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _joint(theta, origin, kind, axis, step):  # type: ignore[no-untyped-def]
     """Step = origin * motion of one joint."""
     _copy(origin, step)
@@ -88,7 +83,7 @@ def _joint(theta, origin, kind, axis, step):  # type: ignore[no-untyped-def]
             step[i, 2] = c * r + s * (p * y - q * x) + along * z
 
 
-@njit(**_KERNEL)
+@kernel
 def place_all(theta, parent, origin, kind, axis, placed):  # type: ignore[no-untyped-def]
     """Fills T_world_frame of every frame, (n, 4, 4), at one configuration.
 
@@ -109,7 +104,7 @@ def place_all(theta, parent, origin, kind, axis, placed):  # type: ignore[no-unt
             _multiply(placed[parent[j]], step, placed[j])
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def relative(T_a, T_b, T_b_a):  # type: ignore[no-untyped-def]
     """T_b_a = inverse(T_b) T_a for rigid transforms."""
     for i in range(3):
@@ -123,7 +118,7 @@ def relative(T_a, T_b, T_b_a):  # type: ignore[no-untyped-def]
         )
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _apply(undo, T_a, T_b_a):  # type: ignore[no-untyped-def]
     """T_b_a = undo * T_a, where undo inverts a fixed placement."""
     for i in range(3):
@@ -133,7 +128,7 @@ def _apply(undo, T_a, T_b_a):  # type: ignore[no-untyped-def]
         T_b_a[i, 3] += undo[i, 3]
 
 
-@njit(**_KERNEL)
+@kernel
 def gains(joints, forward, kind, length, radius, largest):  # type: ignore[no-untyped-def]
     """g_j of `motion.bounds` for the joints of a route: reach [m], 1, or 0."""
     gain = np.zeros(len(joints))
@@ -152,7 +147,7 @@ def gains(joints, forward, kind, length, radius, largest):  # type: ignore[no-un
     return gain
 
 
-@njit(**_KERNEL)
+@kernel
 def bend_of_run(theta, first, last, bend):  # type: ignore[no-untyped-def]
     """How far joints are off the straight line of a run, at most: bend (n,)."""
     bend[:] = 0.0
@@ -163,7 +158,7 @@ def bend_of_run(theta, first, last, bend):  # type: ignore[no-untyped-def]
             bend[j] = max(bend[j], abs(theta[k, j] - straight))
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _slack_and_motion(start, end, bend, joints, kind, gain):  # type: ignore[no-untyped-def]
     """Chord slack of a piece, and how far any point moves during it, [m]."""
     curvature, turned, off, way = 0.0, 0.0, 0.0, 0.0
@@ -178,7 +173,7 @@ def _slack_and_motion(start, end, bend, joints, kind, gain):  # type: ignore[no-
     return curvature / 8.0 + off, way
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _at(theta, first, last, fraction, values):  # type: ignore[no-untyped-def]
     """Joint values between two waypoints; both ends are met exactly."""
     for j in range(len(values)):
@@ -186,7 +181,7 @@ def _at(theta, first, last, fraction, values):  # type: ignore[no-untyped-def]
         values[j] = q if fraction == 1.0 else p + fraction * (q - p)
 
 
-@njit(**_KERNEL)
+@kernel
 def examine(  # type: ignore[no-untyped-def]
     theta, parent, origin, kind, axis, length, joints, forward, radius, largest,
     a, b, undo, T_world_b, margin, resolution, contact_length, limit,
@@ -359,7 +354,7 @@ def examine(  # type: ignore[no-untyped-def]
     return findings, found, looked, judged
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _is_settled(settled, start, end):  # type: ignore[no-untyped-def]
     for k in range(len(settled)):
         if settled[k, 0] <= start and end <= settled[k, 1]:
@@ -367,7 +362,7 @@ def _is_settled(settled, start, end):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _order(rows, reserve, frame_a, frame_b):  # type: ignore[no-untyped-def]
     """Orders two rows into least and largest, and sets the slack."""
     places = F32(0.0)

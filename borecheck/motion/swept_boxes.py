@@ -22,11 +22,9 @@ a chain of up to 100 joints and coordinates up to 100 m are off by less than
 100 * 16 * 2**-53 * 100 m < 2e-11 m; ROUNDING, 1e-10 m, is added.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
+from borecheck.geometry.kernels.compile import BOX, INLINE, kernel
 from borecheck.geometry.tree.build import CHILD_ROW, F32, WIDTH
 from borecheck.geometry.triangles.distance import disjoint_distance, pair_distance
 from borecheck.geometry.triangles.exact import exact_pair
@@ -53,13 +51,8 @@ EXTENT = 3
 SWEEP, POSE = 0, 1
 CLEAR, OPEN = 0, 1
 
-_KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
-_INLINE: dict[str, Any] = {**_KERNEL, "forceinline": True}
-# Only box arithmetic may contract a * b + c: one rounding less, covered by the slack.
-_BOX: dict[str, Any] = {**_INLINE, "fastmath": {"contract"}}
 
-
-@njit(**_INLINE)
+@kernel(**INLINE)
 def write_row(T, frame_a, frame_b, row):  # type: ignore[no-untyped-def]
     """One instant of a track from the placement of a in the frame of b, (3, 4)."""
     for i in range(3):
@@ -69,13 +62,13 @@ def write_row(T, frame_a, frame_b, row):  # type: ignore[no-untyped-def]
         row[PLACE + i] = F32(place + T[i, 3] - frame_b[i])
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def box_rounding(frame_a, frame_b, places):  # type: ignore[no-untyped-def]
     """What float32 images can be off by; `places` bounds the centre's coordinates."""
     return _BOX_UNIT * (frame_a[EXTENT] + frame_b[EXTENT] + places) + 1e-30
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def span(lo, hi, interval):  # type: ignore[no-untyped-def]
     """Fills an interval (3, 16) from the least and largest rows of a run."""
     for k in range(ROW):
@@ -85,7 +78,7 @@ def span(lo, hi, interval):  # type: ignore[no-untyped-def]
     interval[RADIUS, SLACK] = hi[SLACK]
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _box(nodes, reference):  # type: ignore[no-untyped-def]
     """Centre and half extents of the box in a slot; reference = 8 node + slot."""
     node, i = reference >> 3, reference & 7
@@ -99,7 +92,7 @@ def _box(nodes, reference):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**_BOX)
+@kernel(**BOX)
 def _image(interval, cx, cy, cz, hx, hy, hz, axis):  # type: ignore[no-untyped-def]
     """Centre and half extent, along one axis of b, of a box of a over the interval."""
     k = 3 * axis
@@ -110,7 +103,7 @@ def _image(interval, cx, cy, cz, hx, hy, hz, axis):  # type: ignore[no-untyped-d
     return centre, half + (r[PLACE + axis] + r[SLACK])
 
 
-@njit(**_BOX)
+@kernel(**BOX)
 def _mark_standing(nodes, node, image, flags):  # type: ignore[no-untyped-def]
     """flags[i]: child box i of a node of b may meet the image."""
     x, y, z, hx, hy, hz = image[0], image[1], image[2], image[3], image[4], image[5]
@@ -121,7 +114,7 @@ def _mark_standing(nodes, node, image, flags):  # type: ignore[no-untyped-def]
         flags[i] = not apart
 
 
-@njit(**_BOX)
+@kernel(**BOX)
 def _mark_moving(nodes, node, interval, box, images, flags):  # type: ignore[no-untyped-def]
     """Images (6, 8) of the child boxes of a node of a, and which may meet a box."""
     bx, by, bz, kx, ky, kz = box
@@ -138,7 +131,7 @@ def _mark_moving(nodes, node, interval, box, images, flags):  # type: ignore[no-
         flags[i] = not apart
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def start_walk(nodes_a, nodes_b, interval, boxes):  # type: ignore[no-untyped-def]
     """Whether the image of all of a may meet the box of all of b; fills boxes[0]."""
     cx, cy, cz, hx, hy, hz = _box(nodes_a, 0)
@@ -152,7 +145,7 @@ def start_walk(nodes_a, nodes_b, interval, boxes):  # type: ignore[no-untyped-de
     return not apart
 
 
-@njit(**_KERNEL)
+@kernel
 def walk(  # type: ignore[no-untyped-def]
     nodes_a, corners_a, nodes_b, corners_b, interval, task, ends, places,
     distance, budget, stack, boxes, images, flags,
@@ -229,7 +222,7 @@ def walk(  # type: ignore[no-untyped-def]
     return CLEAR
 
 
-@njit(**_KERNEL)
+@kernel
 def _near(corners_a, i, corners_b, j, places, distance):  # type: ignore[no-untyped-def]
     """Whether two triangles, placed in the world, meet or are as near as that."""
     moving = place_triangle(places[0], corners_a, i)
@@ -239,7 +232,7 @@ def _near(corners_a, i, corners_b, j, places, distance):  # type: ignore[no-unty
     return pair_distance(moving, standing)[0] <= distance
 
 
-@njit(**_KERNEL)
+@kernel
 def _plane_between(corners_a, i, corners_b, j, ends, reserve):  # type: ignore[no-untyped-def]
     """Whether a plane separates a standing triangle from both ends of a moving one.
 
@@ -271,14 +264,14 @@ def _plane_between(corners_a, i, corners_b, j, ends, reserve):  # type: ignore[n
     )
 
 
-@njit(**_KERNEL)
+@kernel
 def _either_way(n, first, last, standing, reserve):  # type: ignore[no-untyped-def]
     return _separates(n, first, last, standing, reserve) or _separates(
         (-n[0], -n[1], -n[2]), first, last, standing, reserve
     )
 
 
-@njit(**_KERNEL)
+@kernel
 def _beside(t, step, first, last, standing, reserve):  # type: ignore[no-untyped-def]
     """Whether a plane that t suggests separates.
 
@@ -298,7 +291,7 @@ def _beside(t, step, first, last, standing, reserve):  # type: ignore[no-untyped
     return False
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _cross(u, v):  # type: ignore[no-untyped-def]
     return (
         u[1] * v[2] - u[2] * v[1],
@@ -307,14 +300,14 @@ def _cross(u, v):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _normal(t):  # type: ignore[no-untyped-def]
     along = (t[3] - t[0], t[4] - t[1], t[5] - t[2])
     across = (t[6] - t[0], t[7] - t[1], t[8] - t[2])
     return _cross(along, across)
 
 
-@njit(**_KERNEL)
+@kernel
 def _separates(way, first, last, standing, reserve):  # type: ignore[no-untyped-def]
     """Whether the moving triangle is farther along a direction than the standing one.
 
@@ -330,7 +323,7 @@ def _separates(way, first, last, standing, reserve):  # type: ignore[no-untyped-
     return near + _least(standing, -x, -y, -z) > reserve
 
 
-@njit(**_INLINE)
+@kernel(**INLINE)
 def _least(t, x, y, z):  # type: ignore[no-untyped-def]
     """Smallest coordinate of a triangle's corners along a direction."""
     return min(

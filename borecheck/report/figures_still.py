@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.report.display import inflated, unpacked
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ def _draw(
     _fill(depth, image, pixels, beyond, shaded)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fill(
     depth: Array, image: Image, pixels: Array, beyond: Array, colours: Image
 ) -> None:

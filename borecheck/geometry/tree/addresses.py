@@ -9,11 +9,11 @@ them, and those hold the arrays: no array can end before its book.
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numba.np.numpy_support import carray
 from numpy.typing import NDArray
 
-from borecheck.geometry.tree.boxes import FRAME_COLUMNS, INLINE
+from borecheck.geometry.kernels.compile import INLINE, kernel
+from borecheck.geometry.tree.boxes import FRAME_COLUMNS
 from borecheck.geometry.tree.build import F32, ROWS, WIDTH
 from borecheck.geometry.tree.simd import array_at
 
@@ -101,7 +101,7 @@ def address(array: NDArray[Any], kind: Any, shape: tuple[int, ...]) -> int:
     return int(array.__array_interface__["data"][0])
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def open_side(book, first):  # type: ignore[no-untyped-def]
     """Nodes, their references, corners, order and frames of the side from `first`."""
     n, m, k = (
@@ -118,7 +118,7 @@ def open_side(book, first):  # type: ignore[no-untyped-def]
     return nodes, children, corners, order, frames
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def open_pairs(book):  # type: ignore[no-untyped-def]
     """Which mesh against which, (p, 2)."""
     return carray(array_at(book[PAIRS]), (book[PAIR_COUNT], 2), np.int64)

@@ -25,11 +25,8 @@ These are written so that a NaN keeps a pair. Gaps are measured as differences o
 same terms, so the slack covers them too.
 """
 
-from typing import Any
-
-from numba import njit
-
 from borecheck.core.se3 import ROTATION_TOLERANCE
+from borecheck.geometry.kernels.compile import BOX, INLINE, kernel
 from borecheck.geometry.tree.build import F32
 from borecheck.geometry.tree.simd import BACK_ROWS, BOUNDS, CENTRE, OWN, PROBE_SLACK
 
@@ -49,13 +46,8 @@ _SMALLEST = 1e-30  # keeps float32 away from its denormal numbers
 # Distances in the frame of a mesh against those in the world, for `inflate`.
 _RIGID = 1.0 + 1e-5
 
-KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
-INLINE: dict[str, Any] = {**KERNEL, "forceinline": True}
-# Only box tests may contract a * b + c: one rounding less, and the slack covers all.
-BOX: dict[str, Any] = {**INLINE, "fastmath": {"contract"}}
 
-
-@njit(**INLINE)
+@kernel(**INLINE)
 def copy_placement(placements, i, j, T):  # type: ignore[no-untyped-def]
     """Copies the upper rows of placement (i, j) into T, (3, 4)."""
     for row in range(3):
@@ -63,7 +55,7 @@ def copy_placement(placements, i, j, T):  # type: ignore[no-untyped-def]
             T[row, column] = placements[i, j, row, column]
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def is_rigid(placements, i, j):  # type: ignore[no-untyped-def]
     """Whether placement (i, j) is finite and rigid as `se3.check_transform` asks."""
     xx, xy, xz = placements[i, j, 0, 0], placements[i, j, 0, 1], placements[i, j, 0, 2]
@@ -89,7 +81,7 @@ def is_rigid(placements, i, j):  # type: ignore[no-untyped-def]
     return sized & (worst <= ROTATION_TOLERANCE) & (last == 0.0)
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def motion_of(T):  # type: ignore[no-untyped-def]
     """A (3, 4) transform as twelve numbers: its matrix row by row, then its shift.
 
@@ -101,7 +93,7 @@ def motion_of(T):  # type: ignore[no-untyped-def]
     return (*x, *y, *z, T[0, 3], T[1, 3], T[2, 3])
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def is_identity(T):  # type: ignore[no-untyped-def]
     """Whether a motion leaves every point where it is."""
     turned = abs(T[0] - 1.0) + abs(T[4] - 1.0) + abs(T[8] - 1.0)
@@ -109,7 +101,7 @@ def is_identity(T):  # type: ignore[no-untyped-def]
     return turned + abs(T[9]) + abs(T[10]) + abs(T[11]) == 0.0
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def turn(M, x, y, z):  # type: ignore[no-untyped-def]
     """The matrix of a motion times a vector."""
     return (
@@ -119,7 +111,7 @@ def turn(M, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def undo(M):  # type: ignore[no-untyped-def]
     """The inverse of a motion that is near rigid, its matrix by cofactors."""
     a, b = M[4] * M[8] - M[5] * M[7], M[5] * M[6] - M[3] * M[8]
@@ -140,7 +132,7 @@ def undo(M):  # type: ignore[no-untyped-def]
     return (*R, -x, -y, -z)
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def relate(T_a, T_b, b_is_world, frames_a, a, frames_b, b):  # type: ignore[no-untyped-def]
     """M and m of the module's text, twelve numbers.
 
@@ -168,7 +160,7 @@ def relate(T_a, T_b, b_is_world, frames_a, a, frames_b, b):  # type: ignore[no-u
     return (*M, x - frames_b[b, 0], y - frames_b[b, 1], z - frames_b[b, 2])
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def slack_of(M, T_a, T_b, frames_a, a, frames_b, b, inflate):  # type: ignore[no-untyped-def]
     """What every comparison allows: roundings, and `inflate` [m] if that is not 0."""
     size = frames_a[a, EXTENT] + frames_b[b, EXTENT]
@@ -181,7 +173,7 @@ def slack_of(M, T_a, T_b, frames_a, a, frames_b, b, inflate):  # type: ignore[no
     return F32(slack * 1.000001 + _SMALLEST)
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def keep_relation(M, slack, row, relation):  # type: ignore[no-untyped-def]
     """Row 0 takes boxes of a into the frame of b (M), row 1 back (its inverse)."""
     for i in range(12):
@@ -189,7 +181,7 @@ def keep_relation(M, slack, row, relation):  # type: ignore[no-untyped-def]
     relation[row, SLACK] = slack
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def child_box(nodes, reference):  # type: ignore[no-untyped-def]
     """Centre and half extents of the box in a slot; reference = 8 node + slot."""
     node, slot = reference >> 3, reference & 7
@@ -203,7 +195,7 @@ def child_box(nodes, reference):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**BOX)
+@kernel(**BOX)
 def set_probe(box, relation, row, probe):  # type: ignore[no-untyped-def]
     """Fills what `tree.simd` asks of the box that stays while a node is opened.
 
@@ -229,7 +221,7 @@ def set_probe(box, relation, row, probe):  # type: ignore[no-untyped-def]
     probe[PROBE_SLACK] = slack
 
 
-@njit(**BOX)
+@kernel(**BOX)
 def roots_apart(nodes_a, root_a, nodes_b, root_b, relation):  # type: ignore[no-untyped-def]
     """Whether the boxes of two whole meshes are apart along the axes of b."""
     cx, cy, cz, hx, hy, hz = child_box(nodes_a, 8 * root_a)

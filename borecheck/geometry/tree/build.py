@@ -15,13 +15,11 @@ roundings of their own computation.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-import borecheck.geometry.kernels.blas  # noqa: F401  (for its effect)
+from borecheck.geometry.kernels.compile import kernel
 
 WIDTH = 8
 ROWS = 7
@@ -36,8 +34,6 @@ NO_BOX = np.float32(-1e30)
 F32 = np.float32
 _STRETCH = F32(1.0 + 2.0**-22)
 _TINY = F32(1e-36)
-
-_KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +83,7 @@ def frame_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.append(centre, extent)
 
 
-@njit(**_KERNEL)
+@kernel
 def _split_all(boxes, order):  # type: ignore[no-untyped-def]
     """Binary tree by the binned surface area heuristic; reorders `order`.
 
@@ -135,7 +131,7 @@ def _split_all(boxes, order):  # type: ignore[no-untyped-def]
     return binary[:used], children[:used], first[:used]
 
 
-@njit(**_KERNEL)
+@kernel
 def _bound(boxes, order, begin, end, box, centres):  # type: ignore[no-untyped-def]
     """Bounds of a range of triangles, and of (twice) their boxes' centres."""
     box[0], box[1] = F32(np.inf), F32(-np.inf)
@@ -151,7 +147,7 @@ def _bound(boxes, order, begin, end, box, centres):  # type: ignore[no-untyped-d
             centres[1, d] = max(centres[1, d], centre)
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _bin_of(boxes, t, d, centres):  # type: ignore[no-untyped-def]
     """The bin of a triangle along axis d (the bounds of centres are not flat)."""
     extent = centres[1, d] - centres[0, d]
@@ -159,13 +155,13 @@ def _bin_of(boxes, t, d, centres):  # type: ignore[no-untyped-def]
     return min(BINS - 1, int(place * F32(BINS)))
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _half_area(box):  # type: ignore[no-untyped-def]
     x, y, z = box[1, 0] - box[0, 0], box[1, 1] - box[0, 1], box[1, 2] - box[0, 2]
     return x * y + y * z + z * x
 
 
-@njit(**_KERNEL)
+@kernel
 def _best_cut(boxes, order, begin, end, centres, bins, counts, areas):  # type: ignore[no-untyped-def]
     """Axis and last bin of the left side with the least cost; axis -1: no cut."""
     best, best_axis, best_cut = np.inf, -1, 0
@@ -189,7 +185,7 @@ def _best_cut(boxes, order, begin, end, centres, bins, counts, areas):  # type: 
     return best_axis, best_cut
 
 
-@njit(**_KERNEL)
+@kernel
 def _fill_bins(boxes, order, begin, end, centres, axis, bins, counts):  # type: ignore[no-untyped-def]
     bins[:, 0] = F32(np.inf)
     bins[:, 1] = F32(-np.inf)
@@ -203,14 +199,14 @@ def _fill_bins(boxes, order, begin, end, centres, axis, bins, counts):  # type: 
             bins[b, 1, d] = max(bins[b, 1, d], boxes[t, 1, d])
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _join(box, other):  # type: ignore[no-untyped-def]
     for d in range(3):
         box[0, d] = min(box[0, d], other[0, d])
         box[1, d] = max(box[1, d], other[1, d])
 
 
-@njit(**_KERNEL)
+@kernel
 def _sweep_right(bins, counts, areas, box):  # type: ignore[no-untyped-def]
     """areas[b]: half the area of the union of bins b and up."""
     box[0], box[1] = F32(np.inf), F32(-np.inf)
@@ -221,7 +217,7 @@ def _sweep_right(bins, counts, areas, box):  # type: ignore[no-untyped-def]
         areas[b] = _half_area(box) if filled > 0 else 0.0
 
 
-@njit(**_KERNEL)
+@kernel
 def _partition(boxes, order, begin, end, centres, axis, cut):  # type: ignore[no-untyped-def]
     """Brings triangles up to bin `cut` to the front; where the others begin."""
     i, j = begin, end - 1
@@ -234,7 +230,7 @@ def _partition(boxes, order, begin, end, centres, axis, cut):  # type: ignore[no
     return i
 
 
-@njit(**_KERNEL)
+@kernel
 def _widen(binary, children, first):  # type: ignore[no-untyped-def]
     """Eight-wide nodes: the largest boxes below a node are opened until eight stand."""
     count = len(binary) // 2 + 2
@@ -268,7 +264,7 @@ def _widen(binary, children, first):  # type: ignore[no-untyped-def]
     return nodes[:used].copy(), deepest
 
 
-@njit(**_KERNEL)
+@kernel
 def _open(binary, children, node, opened):  # type: ignore[no-untyped-def]
     """Fills `opened` with up to eight nodes that cover `node`; how many."""
     opened[0], opened[1] = children[node, 0], children[node, 1]
@@ -287,7 +283,7 @@ def _open(binary, children, node, opened):  # type: ignore[no-untyped-def]
     return k
 
 
-@njit(**_KERNEL)
+@kernel
 def _write_child(nodes, references, node, slot, box, reference):  # type: ignore[no-untyped-def]
     for d in range(3):
         centre = F32(0.5) * (box[0, d] + box[1, d])
@@ -297,7 +293,7 @@ def _write_child(nodes, references, node, slot, box, reference):  # type: ignore
     references[node, CHILD_ROW, slot] = reference
 
 
-@njit(**_KERNEL)
+@kernel
 def _write_rest(nodes, references, node, used):  # type: ignore[no-untyped-def]
     for slot in range(used, WIDTH):
         for d in range(3):

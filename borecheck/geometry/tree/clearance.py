@@ -9,11 +9,9 @@ by `bvh_lanes.SAFE`; distances of triangles are float64 with the error that
 """
 
 import numpy as np
-from numba import njit
 
+from borecheck.geometry.kernels.compile import INLINE, kernel
 from borecheck.geometry.tree.boxes import (
-    INLINE,
-    KERNEL,
     RELATION_SHAPE,
     ROOT,
     child_box,
@@ -49,7 +47,7 @@ _ROUNDS = 4
 _GUESS = 1.05
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def push_nearest_last(mask, gaps, a, b, step_a, step_b, stack, bounds, top):  # type: ignore[no-untyped-def]
     """Puts the children of a mask on the stack, the nearest on top."""
     first = top
@@ -68,7 +66,7 @@ def push_nearest_last(mask, gaps, a, b, step_a, step_b, stack, bounds, top):  # 
     return top
 
 
-@njit(**KERNEL)
+@kernel
 def pair_error(a, b):  # type: ignore[no-untyped-def]
     """By how much the computed distance of two triangles can be off."""
     longest = 0.0
@@ -79,7 +77,7 @@ def pair_error(a, b):  # type: ignore[no-untyped-def]
     return DISTANCE_ERROR * longest
 
 
-@njit(**KERNEL)
+@kernel
 def farther(a, b, limit):  # type: ignore[no-untyped-def]
     """Whether two triangles are surely farther apart than `limit`, at little cost.
 
@@ -116,7 +114,7 @@ def farther(a, b, limit):  # type: ignore[no-untyped-def]
     return gap > 0.0 and gap * gap > square * (nx * nx + ny * ny + nz * nz)
 
 
-@njit(**KERNEL)
+@kernel
 def approach(  # type: ignore[no-untyped-def]
     tree_a, slot_a, T_a, tree_b, slot_b, T_b, b_is_world,
     relation, scale, cutoff, stop, scratch, answer,
@@ -195,7 +193,7 @@ def approach(  # type: ignore[no-untyped-def]
             )
 
 
-@njit(**KERNEL)
+@kernel
 def guess(  # type: ignore[no-untyped-def]
     tree_a, root_a, T_a, tree_b, root_b, T_b, b_is_world, relation, scratch, answer
 ):
@@ -223,7 +221,7 @@ def guess(  # type: ignore[no-untyped-def]
     answer[LOWER] = lower
 
 
-@njit(**KERNEL)
+@kernel
 def nearest(  # type: ignore[no-untyped-def]
     nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
     pairs, placements_a, placements_b, b_moves, begin, end,
@@ -290,7 +288,7 @@ def nearest(  # type: ignore[no-untyped-def]
                 answer[PAIR] = k
 
 
-@njit(**KERNEL)
+@kernel
 def nearest_points(corners_a, T_a, leaf_a, corners_b, T_b, leaf_b):  # type: ignore[no-untyped-def]
     """Distance and nearest points, in the world, of two leaves of placed trees."""
     alpha = place_triangle(T_a[0, 0], corners_a, leaf_a)

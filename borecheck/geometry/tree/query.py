@@ -13,13 +13,11 @@ slots: the deepest overlap first needs no fewer visits and costs a fifth more.
 import math
 
 import numpy as np
-from numba import njit
 from numba.np.numpy_support import carray
 
+from borecheck.geometry.kernels.compile import INLINE, kernel
 from borecheck.geometry.tree.addresses import DEPTH, SIDE, open_pairs, open_side
 from borecheck.geometry.tree.boxes import (
-    INLINE,
-    KERNEL,
     RELATION_SHAPE,
     ROOT,
     child_box,
@@ -51,7 +49,7 @@ _RELATION, _PROBE = 4 * math.prod(RELATION_SHAPE), 4 * PROBE_COLUMNS
 _PLACEMENT, _TRIANGLE = 8 * 12, 8 * 9
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def stack_room(depths):  # type: ignore[no-untyped-def]
     """Entries a walk can need, from the depths of both trees together.
 
@@ -60,7 +58,7 @@ def stack_room(depths):  # type: ignore[no-untyped-def]
     return (WIDTH - 1) * depths + 2 * WIDTH
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def all_rigid(placements, i):  # type: ignore[no-untyped-def]
     """Whether every placement of pose i is a rigid transform."""
     rigid = True
@@ -69,7 +67,7 @@ def all_rigid(placements, i):  # type: ignore[no-untyped-def]
     return rigid
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def sort_pairs(found, begin, end):  # type: ignore[no-untyped-def]
     """Sorts the rows from begin to end by their last two columns (Shell's sort)."""
     gap = 1
@@ -89,14 +87,14 @@ def sort_pairs(found, begin, end):  # type: ignore[no-untyped-def]
         gap = (4 * gap + 4) // 9
 
 
-@njit(**INLINE)
+@kernel(**INLINE)
 def keep_triangle(triangle, kept):  # type: ignore[no-untyped-def]
     """Writes a triangle into (1, 9): the next leaf of b often asks for it again."""
     for i in range(9):
         kept[0, i] = triangle[i]
 
 
-@njit(**KERNEL)
+@kernel
 def search(  # type: ignore[no-untyped-def]
     book, placements_a, placements_b, b_moves, begin, end,
     code, task, inflate, hits, touches, found,

@@ -4,13 +4,10 @@ A wrong reference would read foreign memory; a box that does not hold its triang
 a triangle that no way leads to, would lose a contact in silence.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-import borecheck.geometry.kernels.blas  # noqa: F401  (for its effect)
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.tree.build import (
     CHILD_ROW,
     NO_BOX,
@@ -22,8 +19,6 @@ from borecheck.geometry.tree.build import (
 
 # How far boxes are rounded outwards: see `build`.
 _ROUNDED, _SMALLEST = 1e-5, 1e-30
-
-_KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 
 def is_sound(tree: TreeArrays, corners: NDArray[np.float64]) -> bool:
@@ -61,7 +56,7 @@ def _has_shape(tree: TreeArrays, count: int) -> bool:
     return inside and np.array_equal(np.sort(leaves), np.arange(count))
 
 
-@njit(**_KERNEL)
+@kernel
 def _depth(nodes, references, lower, upper, room):  # type: ignore[no-untyped-def]
     """Nodes on the longest way down, or -1 where a box or an order is wrong.
 

@@ -20,12 +20,11 @@ anything but three equal signs, and each then says "no contact".
 """
 
 from functools import cache
-from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.triangles.narrowphase import leaf
 from borecheck.geometry.triangles.published import NARROWPHASES, triangle_row
 from borecheck.geometry.triangles.sign_bits import (
@@ -42,7 +41,6 @@ BLOCK = 1024  # betas whose vertices, signs and indices stay in the first cache
 SLIVER = 1e5  # |e1| |e2| / |e1 x e2|, one over the sine of the angle at a corner
 _BAND_NEAR = 16.0 * 2.0**-24
 _BAND_FAR = 2.0**-45
-_KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 
 def all_contacts(code: int, first: Rows, second: Rows, *, vector: bool = True) -> Pairs:
@@ -92,7 +90,7 @@ def _along_a_curve(rows: Rows, low: Rows, high: Rows) -> Pairs:
     return np.argsort(_curve_keys(rows, low, 1024.0 / extent), kind="stable")
 
 
-@njit(**_KERNEL)
+@kernel
 def _curve_keys(rows, low, scale):  # type: ignore[no-untyped-def]
     """Ten bits of each coordinate of the triangle's middle, interleaved."""
     keys = np.zeros(len(rows), np.int64)
@@ -113,7 +111,7 @@ def _centre_and_band(low: Rows, high: Rows) -> tuple[Rows, float]:
     return centre, _BAND_NEAR * radius + _BAND_FAR * away
 
 
-@njit(**_KERNEL)
+@kernel
 def _bounds(rows):  # type: ignore[no-untyped-def]
     """Least and largest coordinates of all corners, two arrays (3,)."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -124,7 +122,7 @@ def _bounds(rows):  # type: ignore[no-untyped-def]
     return low, high
 
 
-@njit(**_KERNEL)
+@kernel
 def _planes(alpha, centre):  # type: ignore[no-untyped-def]
     """Unit normals and offsets in words of 64, (words, 4, 64).
 
@@ -152,7 +150,7 @@ def _planes(alpha, centre):  # type: ignore[no-untyped-def]
     return planes
 
 
-@njit(**_KERNEL)
+@kernel
 def _boxes(rows, band):  # type: ignore[no-untyped-def]
     """Least and largest coordinates of every triangle, (n, 6), grown by the band."""
     boxes = np.zeros((len(rows), 6))
@@ -164,7 +162,7 @@ def _boxes(rows, band):  # type: ignore[no-untyped-def]
     return boxes
 
 
-@njit(**_KERNEL)
+@kernel
 def _shared_points(beta, centre, block):  # type: ignore[no-untyped-def]
     """Different corner points of every block of triangles.
 
@@ -203,7 +201,7 @@ def _shared_points(beta, centre, block):  # type: ignore[no-untyped-def]
     return points[:, :used].copy(), corner_of, starts
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _equal(rows, corner, t, c):  # type: ignore[no-untyped-def]
     s, d = corner // 3, 3 * (corner % 3)
     return (
@@ -213,7 +211,7 @@ def _equal(rows, corner, t, c):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _hash(rows, t, c):  # type: ignore[no-untyped-def]
     """A word that equal points share (+0.0 brings -0.0 to 0.0)."""
     word = np.uint64(0)
@@ -224,7 +222,7 @@ def _hash(rows, t, c):  # type: ignore[no-untyped-def]
     return np.int64(word & np.uint64(0x7FFFFFFFFFFFFFFF))
 
 
-@njit(**_KERNEL)
+@kernel
 def _search_vector(  # type: ignore[no-untyped-def]
     code, swapped, alpha, beta, boxes_alpha, boxes_beta,
     planes, points, corner_of, starts, band,
@@ -247,7 +245,7 @@ def _search_vector(  # type: ignore[no-untyped-def]
     return pairs[:found].copy()
 
 
-@njit(**_KERNEL)
+@kernel
 def _search_plain(  # type: ignore[no-untyped-def]
     code, swapped, alpha, beta, boxes_alpha, boxes_beta,
     planes, points, corner_of, starts, band,
@@ -270,7 +268,7 @@ def _search_plain(  # type: ignore[no-untyped-def]
     return pairs[:found].copy()
 
 
-@njit(**_KERNEL)
+@kernel
 def _words_left(corners, above, below, where, left):  # type: ignore[no-untyped-def]
     """Triangles of a block not surely on one side of all 64 planes; how many.
 
@@ -287,7 +285,7 @@ def _words_left(corners, above, below, where, left):  # type: ignore[no-untyped-
     return count
 
 
-@njit(**_KERNEL)
+@kernel
 def _confirm(  # type: ignore[no-untyped-def]
     code, swapped, alpha, beta, boxes_alpha, boxes_beta,
     first_alpha, first_beta, where, left, pairs, found,
@@ -309,7 +307,7 @@ def _confirm(  # type: ignore[no-untyped-def]
     return pairs, found
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _boxes_meet(first, i, second, j):  # type: ignore[no-untyped-def]
     return not (
         (first[i, 0] > second[j, 3])
@@ -321,7 +319,7 @@ def _boxes_meet(first, i, second, j):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**_KERNEL)
+@kernel
 def _in_contact(code, swapped, alpha, i, beta, j):  # type: ignore[no-untyped-def]
     """The narrowphase, with the robot's triangle first."""
     a, b = triangle_row(alpha, i), triangle_row(beta, j)
@@ -342,6 +340,6 @@ def vector_signs_work() -> bool:
     return bool(above[0] == ~np.uint64(0) and below[0] == 0)
 
 
-@njit(**_KERNEL)
+@kernel
 def _try_vector(planes, point, band, above, below):  # type: ignore[no-untyped-def]
     plane_signs_vector(planes, point, point, point, 1, band, above, below)

@@ -11,8 +11,8 @@ what a cube of half edge h grown onto one triangle reaches when h is that distan
 import math
 
 import numpy as np
-from numba import njit
 
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.triangles.exact import exact_pair
 from borecheck.geometry.triangles.exact_sign import Point, corners_of
 from borecheck.geometry.triangles.placing import Triangle
@@ -31,7 +31,7 @@ _FLAT = 0.01
 _SMALLEST, _LARGEST = 1e-60, 1e60
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def pair_distance(a: Triangle, b: Triangle) -> Witness:
     """Distance of two closed triangles and two points that are that far apart.
 
@@ -52,7 +52,7 @@ def pair_distance(a: Triangle, b: Triangle) -> Witness:
     return distance, p, q
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def disjoint_distance(a: Triangle, b: Triangle) -> Witness:
     """As `pair_distance`, for triangles known to have no point in common."""
     o = (a[0], a[1], a[2])
@@ -71,7 +71,7 @@ def disjoint_distance(a: Triangle, b: Triangle) -> Witness:
     return math.sqrt(square) / scale, _plus(p, o), _plus(q, o)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def chebyshev_distance(a: Triangle, b: Triangle) -> float:
     """Least max(|dx|, |dy|, |dz|) between points of two closed triangles [m].
 
@@ -100,7 +100,7 @@ def chebyshev_distance(a: Triangle, b: Triangle) -> float:
     return max(best, _gap(_sharp_cross(v1, v2), a1, a2, a3, b1, b2, b3))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _gap(
     w: Point, a1: Point, a2: Point, a3: Point, b1: Point, b2: Point, b3: Point
 ) -> float:
@@ -123,27 +123,27 @@ def _gap(
 # --- vectors ------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _plus(p: Point, q: Point) -> Point:
     return p[0] + q[0], p[1] + q[1], p[2] + q[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _minus(p: Point, q: Point) -> Point:
     return p[0] - q[0], p[1] - q[1], p[2] - q[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _times(s: float, p: Point) -> Point:
     return s * p[0], s * p[1], s * p[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _dot(u: Point, v: Point) -> float:
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _cross(u: Point, v: Point) -> Point:
     return (
         u[1] * v[2] - u[2] * v[1],
@@ -152,12 +152,12 @@ def _cross(u: Point, v: Point) -> Point:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _size(p: Point) -> float:
     return max(abs(p[0]), abs(p[1]), abs(p[2]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _product_error(x: float, y: float, xy: float) -> float:
     """What the rounded product xy lacks: x * y == xy + error exactly (Veltkamp)."""
     c = 134217729.0 * x  # 2^27 + 1
@@ -169,14 +169,14 @@ def _product_error(x: float, y: float, xy: float) -> float:
     return x_low * y_low - (((xy - x_high * y_high) - x_low * y_high) - x_high * y_low)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _difference_of_products(a: float, b: float, c: float, d: float) -> float:
     """The value a * b - c * d, with the rounding errors of both products added."""
     ab, cd = a * b, c * d
     return (ab - cd) + (_product_error(a, b, ab) - _product_error(c, d, cd))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _sharp_cross(u: Point, v: Point) -> Point:
     """Cross product, accurate in relation to itself even for nearly parallel u, v."""
     n = _cross(u, v)
@@ -192,7 +192,7 @@ def _sharp_cross(u: Point, v: Point) -> Point:
 # --- nearest points -----------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _nearer(best: Witness, p: Point, q: Point) -> Witness:
     d = _minus(p, q)
     square = _dot(d, d)
@@ -201,7 +201,7 @@ def _nearer(best: Witness, p: Point, q: Point) -> Witness:
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _on_segment(p: Point, q: Point, x: Point) -> Point:
     """The point of the closed segment p-q nearest to x."""
     d = _minus(q, p)
@@ -219,7 +219,7 @@ def _on_segment(p: Point, q: Point, x: Point) -> Point:
     return _minus(q, _times(_dot(_minus(q, x), d) / length, d))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _inner_points(best: Witness, p: Point, q: Point, r: Point, s: Point) -> Witness:
     """Nearest points of two skew lines where they lie within p-q and r-s."""
     u, v, w = _minus(q, p), _minus(s, r), _minus(r, p)
@@ -234,7 +234,7 @@ def _inner_points(best: Witness, p: Point, q: Point, r: Point, s: Point) -> Witn
     return _nearer(best, _plus(p, _times(i / nn, u)), _plus(r, _times(j / nn, v)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _foot(a: Point, b: Point, c: Point, n: Point, x: Point) -> tuple[bool, Point]:
     """Foot of x on the plane of a, b, c, and whether it lies inside the triangle."""
     nn = _dot(n, n)
@@ -245,7 +245,7 @@ def _foot(a: Point, b: Point, c: Point, n: Point, x: Point) -> tuple[bool, Point
     return inside, _minus(x, _times(_dot(n, w) / nn, n))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _corners_to_edge(
     best: Witness, x1: Point, x2: Point, x3: Point, p: Point, q: Point
 ) -> Witness:
@@ -255,7 +255,7 @@ def _corners_to_edge(
     return _nearer(best, x3, _on_segment(p, q, x3))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _corners_to_face(
     best: Witness, x: tuple[Point, Point, Point], a: Point, b: Point, c: Point
 ) -> Witness:
@@ -272,7 +272,7 @@ def _corners_to_face(
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _nearest(
     a1: Point, a2: Point, a3: Point, b1: Point, b2: Point, b3: Point
 ) -> Witness:

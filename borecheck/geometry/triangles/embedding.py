@@ -7,9 +7,9 @@ corners, others whether they meet at all.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.triangles.distance import DISTANCE_ERROR, disjoint_distance
 from borecheck.geometry.triangles.exact import exact_pair
 from borecheck.geometry.triangles.exact_sign import (
@@ -71,7 +71,7 @@ def _swept(rows: NDArray[np.float64], gap: float) -> tuple[NDArray[np.int64], in
     return np.argsort(low[:, axis], kind="stable"), axis
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _stays_apart(
     corners: NDArray[np.float64], places: NDArray[np.int64], axis: int
 ) -> bool:
@@ -92,7 +92,7 @@ def _stays_apart(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _keep_gap(
     corners: NDArray[np.float64], side: NDArray[np.bool_], axis: int, gap: float
 ) -> bool:
@@ -116,7 +116,7 @@ def _keep_gap(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _boxes(
     corners: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -128,7 +128,7 @@ def _boxes(
     return low, high
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _boxes_meet(
     low: NDArray[np.float64], high: NDArray[np.float64], i: int, j: int, gap: float
 ) -> bool:
@@ -138,7 +138,7 @@ def _boxes_meet(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _meet_beyond(
     corners: NDArray[np.float64], places: NDArray[np.int64], i: int, j: int
 ) -> bool:
@@ -173,7 +173,7 @@ def _meet_beyond(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _is_fold(p: Point, q: Point, r: Point, s: Point) -> bool:
     """Whether triangles p, q, r and p, q, s lie in one plane on one side of p, q."""
     if orientation_3d(p, q, r, s) != 0:
@@ -187,12 +187,12 @@ def _is_fold(p: Point, q: Point, r: Point, s: Point) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _corner(corners: NDArray[np.float64], i: int, k: int) -> Point:
     return corners[i, 3 * k], corners[i, 3 * k + 1], corners[i, 3 * k + 2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _side(corners: NDArray[np.float64], i: int, k: int):  # type: ignore[no-untyped-def]
     """The side opposite corner k, as a triangle without area."""
     p = _corner(corners, i, (k + 1) % 3)

@@ -11,9 +11,9 @@ on the boundary of one of them.)
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.triangles.exact_sign import (
     Flat,
     Point,
@@ -57,7 +57,7 @@ def exact_road_only(alpha: ArrayLike, beta: ArrayLike) -> NDArray[np.bool_]:
     return _exact_road_rows(a, b)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def exact_pair(a: Triangle, b: Triangle) -> bool:
     """Whether two closed triangles have a point in common. Corners must be finite."""
     answer = filtered_pair(a, b)
@@ -66,7 +66,7 @@ def exact_pair(a: Triangle, b: Triangle) -> bool:
     return answer == CONTACT
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _exact_rows(
     a: NDArray[np.float64], b: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], int]:
@@ -83,7 +83,7 @@ def _exact_rows(
     return contact, n_exact_road
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _exact_road_rows(
     a: NDArray[np.float64], b: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
@@ -96,12 +96,12 @@ def _exact_road_rows(
 # --- first road: floating point with an error bound ---------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _minus(p: Point, q: Point) -> Point:
     return p[0] - q[0], p[1] - q[1], p[2] - q[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _cross(u: Point, v: Point) -> Point:
     return (
         u[1] * v[2] - u[2] * v[1],
@@ -110,30 +110,30 @@ def _cross(u: Point, v: Point) -> Point:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _dot(u: Point, v: Point) -> float:
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _volume(p: Point, q: Point, r: Point, s: Point) -> float:
     """Six times the signed volume: (q - p) . ((r - p) x (s - p))."""
     return _dot(_minus(q, p), _cross(_minus(r, p), _minus(s, p)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _all_beyond(x: float, y: float, z: float, bound: float) -> bool:
     return (x > bound and y > bound and z > bound) or (
         x < -bound and y < -bound and z < -bound
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _all_sure(x: float, y: float, z: float, bound: float) -> bool:
     return abs(x) > bound and abs(y) > bound and abs(z) > bound
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _lone_first(
     s1: float, s2: float, s3: float, p1: Point, p2: Point, p3: Point
 ) -> tuple[float, Point, Point, Point]:
@@ -146,7 +146,7 @@ def _lone_first(
     return s3, p3, p1, p2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def filtered_pair(a: Triangle, b: Triangle) -> int:
     """CLEAR or CONTACT where floating point is sure of it, else OPEN.
 
@@ -198,7 +198,7 @@ def filtered_pair(a: Triangle, b: Triangle) -> int:
     return OPEN
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _width(u: float, v: float, w: float, x: float, y: float, z: float) -> float:
     return max(max(u, v, w), max(x, y, z)) - min(min(u, v, w), min(x, y, z))
 
@@ -206,7 +206,7 @@ def _width(u: float, v: float, w: float, x: float, y: float, z: float) -> float:
 # --- second road: exact signs only --------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def exact_road(a: Triangle, b: Triangle) -> bool:
     """The same question through exact signs alone; for any two finite triangles."""
     if _boxes_apart(a, b):
@@ -226,7 +226,7 @@ def exact_road(a: Triangle, b: Triangle) -> bool:
     return _segments_meet(p, q, r, s)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _triangles_meet(
     axis_a: int,
     a1: Point,
@@ -254,7 +254,7 @@ def _triangles_meet(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _overlap_in_plane(
     axis: int, a1: Point, a2: Point, a3: Point, b1: Point, b2: Point, b3: Point
 ) -> bool:
@@ -267,14 +267,14 @@ def _overlap_in_plane(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _segment_meets(p: Point, q: Point, axis: int, a: Point, b: Point, c: Point) -> bool:
     """Closed segment p-q (or point) meets the triangle a, b, c with area."""
     side_p, side_q = orientation_3d(a, b, c, p), orientation_3d(a, b, c, q)
     return _edge_meets(side_p, side_q, p, q, axis, a, b, c)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _before(p: Point, q: Point) -> bool:
     """The order of points by x, then y, then z; it runs along every line."""
     if p[0] != q[0]:
@@ -284,7 +284,7 @@ def _before(p: Point, q: Point) -> bool:
     return p[2] < q[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _ends(p: Point, q: Point, r: Point) -> tuple[Point, Point]:
     """The ends of the segment (or point) that three points on one line make."""
     if _before(q, p):
@@ -296,7 +296,7 @@ def _ends(p: Point, q: Point, r: Point) -> tuple[Point, Point]:
     return p, q
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _boxes_apart(a: Triangle, b: Triangle) -> bool:
     for k in range(3):
         if max(a[k], a[k + 3], a[k + 6]) < min(b[k], b[k + 3], b[k + 6]):
@@ -306,7 +306,7 @@ def _boxes_apart(a: Triangle, b: Triangle) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _seen_along(p: Point, axis: int) -> Flat:
     if axis == 0:
         return p[1], p[2]
@@ -315,7 +315,7 @@ def _seen_along(p: Point, axis: int) -> Flat:
     return p[0], p[1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _area_along(axis: int, p: Point, q: Point, r: Point) -> int:
     """Sign of the area of p, q, r seen along a coordinate axis."""
     return orientation_2d(
@@ -323,7 +323,7 @@ def _area_along(axis: int, p: Point, q: Point, r: Point) -> int:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _open_axis(p: Point, q: Point, r: Point) -> int:
     """An axis along which p, q, r show an area; -1 if they lie on one line."""
     for axis in range(3):
@@ -332,7 +332,7 @@ def _open_axis(p: Point, q: Point, r: Point) -> int:
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _sides(
     t1: Point, t2: Point, t3: Point, x: Point, y: Point, z: Point
 ) -> tuple[int, int, int]:
@@ -344,7 +344,7 @@ def _sides(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _edge_meets(
     side_p: int,
     side_q: int,
@@ -380,7 +380,7 @@ def _edge_meets(
     return first * third >= 0 and second * third >= 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _holds(axis: int, a: Point, b: Point, c: Point, x: Point) -> bool:
     """Closed triangle with area holds a point of its plane, seen along the axis."""
     first, second = _area_along(axis, a, b, x), _area_along(axis, b, c, x)
@@ -390,7 +390,7 @@ def _holds(axis: int, a: Point, b: Point, c: Point, x: Point) -> bool:
     return first * third >= 0 and second * third >= 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _meets_in_plane(
     axis: int, p: Point, q: Point, a: Point, b: Point, c: Point
 ) -> bool:
@@ -403,7 +403,7 @@ def _meets_in_plane(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _segments_meet(p: Point, q: Point, r: Point, s: Point) -> bool:
     """Closed segments p-q and r-s, either perhaps a point, meet."""
     if _segment_boxes_apart(p, q, r, s) or orientation_3d(p, q, r, s) != 0:
@@ -420,7 +420,7 @@ def _segments_meet(p: Point, q: Point, r: Point, s: Point) -> bool:
     return True  # on one line, or two points: there meeting boxes are meeting segments
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _segments_meet_along(axis: int, p: Point, q: Point, r: Point, s: Point) -> bool:
     """Closed segments in one plane meet; the axis must not lie in that plane."""
     r_side, s_side = _area_along(axis, p, q, r), _area_along(axis, p, q, s)
@@ -434,7 +434,7 @@ def _segments_meet_along(axis: int, p: Point, q: Point, r: Point, s: Point) -> b
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _segment_boxes_apart(p: Point, q: Point, r: Point, s: Point) -> bool:
     for k in range(3):
         if max(p[k], q[k]) < min(r[k], s[k]) or max(r[k], s[k]) < min(p[k], q[k]):

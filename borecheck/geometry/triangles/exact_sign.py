@@ -13,9 +13,9 @@ its error bound leaves the sign open (as [Shewchuk1997] does; the bounds differ)
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.triangles.placing import Triangle
 
 Point = tuple[float, float, float]
@@ -50,7 +50,7 @@ LARGEST = 1e100
 UNDERFLOW = 1e-220
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def error_bound_3d(x: float, y: float, z: float) -> float:
     """Bound for |computed - true| of a 3x3 determinant of differences.
 
@@ -67,7 +67,7 @@ def error_bound_3d(x: float, y: float, z: float) -> float:
     return ERROR_3D * (x * y * z) + UNDERFLOW
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def orientation_3d(a: Point, b: Point, c: Point, d: Point) -> int:
     """Exact sign of det(a - d, b - d, c - d), for any finite coordinates.
 
@@ -92,7 +92,7 @@ def orientation_3d(a: Point, b: Point, c: Point, d: Point) -> int:
     return _exact_3d(a, b, c, d)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def orientation_2d(a: Flat, b: Flat, c: Flat) -> int:
     """Exact sign of det(a - c, b - c); positive when a, b, c turn counterclockwise."""
     ax, ay = a[0] - c[0], a[1] - c[1]
@@ -113,7 +113,7 @@ def orientation_2d(a: Flat, b: Flat, c: Flat) -> int:
 # --- integers as rows of limbs ------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _bit_range(x: float, low: int, high: int) -> tuple[int, int]:
     """Widen [low, high) to the powers of two that x is made of."""
     if x == 0.0:
@@ -124,7 +124,7 @@ def _bit_range(x: float, low: int, high: int) -> tuple[int, int]:
     return min(low, exponent - 53 + trailing), max(high, exponent)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _add(limbs: Limbs, start: int, x: float, sign: int, low: int) -> None:
     """Add sign * x / 2^low, an integer by the choice of low, to the number at start."""
     if x == 0.0:
@@ -147,7 +147,7 @@ def _add(limbs: Limbs, start: int, x: float, sign: int, low: int) -> None:
         rest >>= _BITS
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _carry(limbs: Limbs, start: int, end: int) -> int:
     """Bring limbs start to end - 2 into [0, 2^26); return the sign of the number."""
     carry = np.int64(0)
@@ -164,7 +164,7 @@ def _carry(limbs: Limbs, start: int, end: int) -> int:
     return 1 if last > 0 or some != 0 else 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _minor(limbs: Limbs, out: int, n: int, p: int, q: int, r: int, s: int) -> int:
     """Write p * q - r * s, normalised, to the 2n + 1 limbs at out; return its sign.
 
@@ -180,7 +180,7 @@ def _minor(limbs: Limbs, out: int, n: int, p: int, q: int, r: int, s: int) -> in
     return _carry(limbs, out, out + 2 * n + 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _exact_3d(a: Point, b: Point, c: Point, d: Point) -> int:
     """Sign of det(a - d, b - d, c - d) in integers."""
     low, high = _NO_BITS
@@ -216,7 +216,7 @@ def _exact_3d(a: Point, b: Point, c: Point, d: Point) -> int:
     return _carry(limbs, total, end)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _exact_2d(a: Flat, b: Flat, c: Flat) -> int:
     """Sign of det(a - c, b - c) in integers."""
     low, high = _NO_BITS
@@ -236,7 +236,7 @@ def _exact_2d(a: Flat, b: Flat, c: Flat) -> int:
     return _minor(limbs, 4 * n, n, 0, 3 * n, n, 2 * n)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def corners_of(t: Triangle) -> tuple[Point, Point, Point]:
     """The three corners of a triangle given as nine numbers."""
     return (t[0], t[1], t[2]), (t[3], t[4], t[5]), (t[6], t[7], t[8])

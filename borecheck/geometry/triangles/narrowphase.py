@@ -6,10 +6,10 @@ name.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from borecheck.errors import UnknownNameError
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.triangles.exact import exact_pair
 from borecheck.geometry.triangles.placing import Triangle
 from borecheck.geometry.triangles.published import (
@@ -33,7 +33,7 @@ def narrowphase_code(name: str) -> int:
     return NARROWPHASES[name]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def leaf(code: int, a: Triangle, b: Triangle) -> bool:
     """Contact of the robot's triangle a and the scanner's b; other codes mean exact."""
     if code == 0:
@@ -45,7 +45,7 @@ def leaf(code: int, a: Triangle, b: Triangle) -> bool:
     return exact_pair(a, b)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def contact_pairs(
     code: int, corners_a: Rows, corners_b: Rows, pairs: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
@@ -68,7 +68,7 @@ def contact_pairs(
     return contact
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def all_contacts(code: int, corners_a: Rows, corners_b: Rows) -> NDArray[np.int64]:
     """Every triangle pair in contact, by asking all pairs: (k, 2), sorted."""
     found = np.zeros((64, 2), dtype=np.int64)
@@ -86,7 +86,7 @@ def all_contacts(code: int, corners_a: Rows, corners_b: Rows) -> NDArray[np.int6
     return found[:count].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def first_contact(code: int, corners_a: Rows, corners_b: Rows) -> tuple[int, int]:
     """The first triangle pair in contact among all pairs, or (-1, -1)."""
     for i in range(len(corners_a)):

@@ -7,16 +7,15 @@ through `place_point`: multiply and add from left to right, no fused operations
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-import borecheck.geometry.kernels.blas  # noqa: F401  (for its effect)
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 
 Triangle = tuple[float, float, float, float, float, float, float, float, float]
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def place_point(
     T: NDArray[np.float64], x: float, y: float, z: float
 ) -> tuple[float, float, float]:
@@ -28,7 +27,7 @@ def place_point(
     )
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def place_triangle(
     T: NDArray[np.float64], corners: NDArray[np.float64], k: int
 ) -> Triangle:
@@ -39,7 +38,7 @@ def place_triangle(
     return (ax, ay, az, bx, by, bz, cx, cy, cz)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def place_vertices(
     T: NDArray[np.float64], vertices: NDArray[np.float64]
 ) -> NDArray[np.float64]:

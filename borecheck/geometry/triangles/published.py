@@ -7,10 +7,10 @@ round; `triangles.exact` is the judge.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import GeometryError
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.triangles.placing import Triangle
 
 Point = tuple[float, float, float]
@@ -85,7 +85,7 @@ def triangle_rows(
     return a.reshape(-1, 9), b.reshape(-1, 9)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def triangle_row(rows: NDArray[np.float64], k: int) -> Triangle:
     """Row k of (n, 9) as a tuple of nine numbers."""
     return (
@@ -104,7 +104,7 @@ def triangle_row(rows: NDArray[np.float64], k: int) -> Triangle:
 # --- the published test -------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _plane(p: Point, q: Point, r: Point) -> tuple[float, float, float, float]:
     """Coefficients a, b, c, d of the plane through p, q, r: eq. (5)."""
     ux, uy, uz = p[0] - q[0], p[1] - q[1], p[2] - q[2]
@@ -115,20 +115,20 @@ def _plane(p: Point, q: Point, r: Point) -> tuple[float, float, float, float]:
     return a, b, c, -(a * p[0] + b * p[1] + c * p[2])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _f(plane: tuple[float, float, float, float], x: Point) -> float:
     """The plane function f of eq. (5)."""
     return plane[0] * x[0] + plane[1] * x[1] + plane[2] * x[2] + plane[3]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _same_side(p: Point, q: Point, r: Point, x: Point, y: Point) -> bool:
     """One line of eq. (6): x, y strictly on one side of the plane through p, q, r."""
     plane = _plane(p, q, r)
     return _f(plane, x) * _f(plane, y) > 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _edge_goes_through(a1: Point, a2: Point, a3: Point, bi: Point, bj: Point) -> bool:
     """Eq. (6): edge bi-bj, known to have its ends on both sides, goes through alpha."""
     return (
@@ -138,7 +138,7 @@ def _edge_goes_through(a1: Point, a2: Point, a3: Point, bi: Point, bj: Point) ->
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def paper_pair(a: Triangle, b: Triangle) -> bool:
     """The published test on one pair; a is alpha, b is beta.
 
@@ -160,7 +160,7 @@ def paper_pair(a: Triangle, b: Triangle) -> bool:
     return f3 * f1 < 0.0 and _edge_goes_through(a1, a2, a3, b3, b1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _paper_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
     contact = np.zeros(len(a), dtype=np.bool_)
     for k in range(len(a)):
@@ -171,12 +171,12 @@ def _paper_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bo
 # --- both ways round, closed --------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _minus(p: Point, q: Point) -> Point:
     return p[0] - q[0], p[1] - q[1], p[2] - q[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _cross(u: Point, v: Point) -> Point:
     return (
         u[1] * v[2] - u[2] * v[1],
@@ -185,22 +185,22 @@ def _cross(u: Point, v: Point) -> Point:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _dot(u: Point, v: Point) -> float:
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _one_side(x: float, y: float, z: float) -> bool:
     return (x > 0.0 and y > 0.0 and z > 0.0) or (x < 0.0 and y < 0.0 and z < 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _no_opposites(x: float, y: float, z: float) -> bool:
     return (x >= 0.0 and y >= 0.0 and z >= 0.0) or (x <= 0.0 and y <= 0.0 and z <= 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _edge_meets(
     f1: float, f2: float, p: Point, q: Point, a1: Point, a2: Point, a3: Point
 ) -> bool:
@@ -218,7 +218,7 @@ def _edge_meets(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def two_sided_pair(a: Triangle, b: Triangle) -> bool:
     """Floating-point test of two closed triangles; `two_sided` says what it answers."""
     a1, a2, a3 = (a[0], a[1], a[2]), (a[3], a[4], a[5]), (a[6], a[7], a[8])
@@ -253,12 +253,12 @@ def two_sided_pair(a: Triangle, b: Triangle) -> bool:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _is_direction(n: Point) -> bool:
     return n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _area(t: NDArray[np.float64], i: int, u: NDArray[np.float64], j: int) -> float:
     """Twice the signed area of edge i of t and corner j of u."""
     k = (i + 1) % 3
@@ -267,7 +267,7 @@ def _area(t: NDArray[np.float64], i: int, u: NDArray[np.float64], j: int) -> flo
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _edges_cross(
     t: NDArray[np.float64], i: int, u: NDArray[np.float64], j: int
 ) -> bool:
@@ -280,7 +280,7 @@ def _edges_cross(
     return not (apart or (r > 0.0 and s > 0.0) or (r < 0.0 and s < 0.0))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _boxes_meet(
     p: NDArray[np.float64],
     q: NDArray[np.float64],
@@ -293,7 +293,7 @@ def _boxes_meet(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _overlap_in_plane(a: Triangle, b: Triangle, n: Point) -> bool:
     """Coplanar closed triangles overlap; n is the plane's normal.
 
@@ -316,13 +316,13 @@ def _overlap_in_plane(a: Triangle, b: Triangle, n: Point) -> bool:
     return _holds(t, u) or _holds(u, t)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _holds(t: NDArray[np.float64], u: NDArray[np.float64]) -> bool:
     """Corner 0 of u lies strictly inside t, in the plane."""
     return _one_side(_area(t, 0, u, 0), _area(t, 1, u, 0), _area(t, 2, u, 0))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _two_sided_rows(
     a: NDArray[np.float64], b: NDArray[np.float64]
 ) -> NDArray[np.bool_]:

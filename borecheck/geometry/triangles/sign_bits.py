@@ -9,10 +9,12 @@ cannot be built, `plane_signs_plain` gives the same words more slowly.
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.core import cgutils as _cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
+
+from borecheck.geometry.kernels.compile import kernel
 
 cgutils: Any = _cgutils  # carries no types
 
@@ -24,7 +26,7 @@ Words = NDArray[np.uint64]
 Floats = NDArray[np.float32]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def plane_signs_plain(
     planes: Floats,
     x: Floats,

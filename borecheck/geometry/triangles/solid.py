@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import GeometryError
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.topology import Topology, topology
 from borecheck.geometry.triangles.winding import (
@@ -178,7 +178,7 @@ def _inside_box(
     return _parts_within(mesh.vertices, mesh.triangles, component, count, box)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _parts_within(
     vertices: NDArray[np.float64],
     triangles: NDArray[np.int64],

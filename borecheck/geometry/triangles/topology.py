@@ -5,10 +5,10 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from borecheck.core import cache
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.embedding import are_apart, is_embedded
 
@@ -134,7 +134,7 @@ def cached_topology(mesh: TriangleMesh) -> Topology:
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _components(triangles: NDArray[np.int64], n: int) -> NDArray[np.int64]:
     """Number of the connected component of each triangle, in order of appearance."""
     root = np.arange(n)

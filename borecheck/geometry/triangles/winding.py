@@ -8,9 +8,9 @@ start is joined to infinity, so no surface is around it, however it was drawn.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.triangles.exact import exact_pair
 from borecheck.geometry.triangles.exact_sign import (
     Point,
@@ -42,7 +42,7 @@ def escapes(point: NDArray[np.float64], corners: NDArray[np.float64]) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def crossings(p: Point, corners: NDArray[np.float64]) -> tuple[int, int]:
     """Winding number of triangles (m, 9) round p, and how many the ray crosses.
 
@@ -63,7 +63,7 @@ def crossings(p: Point, corners: NDArray[np.float64]) -> tuple[int, int]:
     return winding, count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def crossings_by_component(
     p: Point,
     corners: NDArray[np.float64],
@@ -82,7 +82,7 @@ def crossings_by_component(
     return winding, count
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def _beside(p: Point, corners: NDArray[np.float64], k: int) -> bool:
     """Whether the box of triangle k is beside the ray or behind it."""
     x, y, z = p
@@ -95,7 +95,7 @@ def _beside(p: Point, corners: NDArray[np.float64], k: int) -> bool:
     return corners[k, 0] < x and corners[k, 3] < x and corners[k, 6] < x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _turn(p: Point, u: Point, v: Point) -> int:
     """How u, v turn round p seen along -x, with p shifted by (e, e^2) along y and z.
 
@@ -112,7 +112,7 @@ def _turn(p: Point, u: Point, v: Point) -> int:
     return 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _crossing(p: Point, a: Point, b: Point, c: Point) -> int:
     """+1 or -1 if the shifted ray from p along +x crosses a, b, c; p is not on it.
 

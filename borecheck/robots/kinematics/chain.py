@@ -10,17 +10,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-import borecheck.geometry.kernels.blas  # noqa: F401  (for its effect)
 from borecheck.core.se3 import check_transform
 from borecheck.errors import GeometryError
+from borecheck.geometry.kernels.compile import INLINE, kernel
 
 # What a joint does with its variable.
 FIXED, REVOLUTE, PRISMATIC = 0, 1, 2
 
-_KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 Floats = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -185,7 +183,7 @@ def _joint_parts(chain: Chain) -> Floats:
     return parts
 
 
-@njit(**_KERNEL, forceinline=True)
+@kernel(**INLINE)
 def _local_row(parts, k, r, b, c):  # type: ignore[no-untyped-def]
     """Row r of T_parent_child of joint k: its constants weighed with 1, b and c."""
     return (
@@ -196,7 +194,7 @@ def _local_row(parts, k, r, b, c):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**_KERNEL)
+@kernel
 def _place(  # type: ignore[no-untyped-def]
     parents, kinds, sources, multipliers, offsets, parts, root, qs, wanted, placements
 ):

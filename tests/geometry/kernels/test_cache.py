@@ -17,7 +17,7 @@ PACKAGE = Path(borecheck.__file__).parent
 KERNEL_MODULES = sorted(
     ".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts)
     for file in PACKAGE.rglob("*.py")
-    if "\n@njit(" in file.read_text("utf-8")
+    if "\n@kernel" in file.read_text("utf-8")
 )
 
 INNER = """
