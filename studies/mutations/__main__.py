@@ -27,7 +27,6 @@ from studies.mutations.changes import Mutant, mutants, mutated
 from studies.mutations.exempt import EQUIVALENT, KERNELS
 from studies.mutations.judge import PROJECT, ROOMS, Child, KnownTest
 
-WORKERS = 2
 KERNEL_MUTANTS = 4  # of each module of kernels
 NICE = 15
 
@@ -134,14 +133,16 @@ def recorded(files: Sequence[str], state: State, texts: dict[str, str]) -> None:
         state.keep({"file": file, "tests": rows})
 
 
-def run(chosen: Sequence[Mutant], state: State, texts: dict[str, str]) -> None:
-    """Asks of every mutant that is not known to be noticed; two at a time."""
+def run(
+    chosen: Sequence[Mutant], state: State, texts: dict[str, str], jobs: int
+) -> None:
+    """Asks of every mutant that is not known to be noticed; `jobs` at a time."""
     waiting = [m for m in chosen if (m.module, m.number) not in state.noticed]
     waiting.sort(key=lambda m: (m.module in KERNELS, _cost(m, state, texts)))
     running: list[tuple[Mutant, Child]] = []
     done = 0
     while waiting or running:
-        while waiting and len(running) < WORKERS:
+        while waiting and len(running) < jobs:
             mutant = waiting.pop(0)
             running.append((mutant, _asked(mutant, state, texts)))
         for mutant, child in running:
@@ -170,7 +171,7 @@ def _tests_of(mutant: Mutant, state: State, texts: dict[str, str]) -> list[Known
 
 
 def _compiled(mutant: Mutant, texts: dict[str, str]) -> bool:
-    return "@njit" in texts[mutant.module]
+    return "@kernel" in texts[mutant.module]
 
 
 def _cost(mutant: Mutant, state: State, texts: dict[str, str]) -> float:
@@ -215,6 +216,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--state", type=Path, help="goes on from here, and writes here")
     parser.add_argument("--only", default="", help="modules whose path contains this")
     parser.add_argument("--list", action="store_true", help="the changes, and no more")
+    parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
     asked = parser.parse_args(arguments)
     texts = sources()
     chosen = sample(texts, asked.count, asked.seed)
@@ -228,7 +230,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     state = State(asked.state, texts)
     files = dict.fromkeys(f for m in chosen for f in files_for(m.module))
     recorded(list(files), state, texts)
-    run(chosen, state, texts)
+    run(chosen, state, texts, asked.jobs)
     return 0 if report(chosen, state, sys.stdout) >= 0.95 else 1
 
 
