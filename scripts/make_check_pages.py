@@ -27,7 +27,7 @@ def page(check: Check) -> str:
     ]
     for heading, text in (
         ("Why it matters", check.why),
-        ("How to mend it", check.mend),
+        ("How to fix it", check.fix),
     ):
         if text:
             lines += ["", f"## {heading}", "", text]

@@ -57,7 +57,7 @@ def explained(check: Check) -> str:
     """A check in words, as text."""
     levels = ", ".join(f"{name}: {level}" for name, level in check.levels.items())
     lines = [f"{check.code} {check.name} ({check.tier})", check.title, "", levels]
-    for heading, text in (("Why", check.why), ("Mend", check.mend)):
+    for heading, text in (("Why", check.why), ("Fix", check.fix)):
         lines += ["", f"{heading}: {text}"] if text else []
     if check.libraries:
         lines += ["", "Libraries:", *(f"- {library}" for library in check.libraries)]

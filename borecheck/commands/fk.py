@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compares; 0 if all voices agree, 1 if not."""
+    """Compares; 0 if all sources agree, 1 if not."""
     check_outputs(args)
     import numpy as np
 

@@ -32,11 +32,14 @@ SEVERITIES = ("error", "warning", "info")
 def kinematics_views(document: Mapping[str, Any]) -> dict[str, Any]:
     """Differences by frame, as rows and as bars, and their distribution."""
     found = document["worst_by_frame"]
-    voices = list(found)
+    sources = list(found)
     frames = list(dict.fromkeys(name for pair in found.values() for name in pair))
     least = 1e-17
     worst = [
-        (frame, max(found[v][frame]["position_m"] for v in voices if frame in found[v]))
+        (
+            frame,
+            max(found[v][frame]["position_m"] for v in found if frame in found[v]),
+        )
         for frame in frames
     ]
     sizes = [
@@ -44,13 +47,13 @@ def kinematics_views(document: Mapping[str, Any]) -> dict[str, Any]:
     ]
     title = "Worst difference of position per frame, logarithmic"
     return {
-        "voices": voices,
+        "sources": sources,
         "frames": frames,
         "bars": bars(worst, "m", title, least),
         "spread": histogram(
             [log10(size) for size in sizes],
             "log10 of the difference [m]",
-            "How the differences of position are distributed over frames and voices",
+            "How the differences of position are distributed over frames and sources",
         )
         if sizes
         else None,

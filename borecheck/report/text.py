@@ -215,7 +215,7 @@ def fk_text(document: Mapping[str, Any]) -> str:
         f"{mark}: {document['configurations']} configurations, worst difference "
         f"{worst['position_m']:.2e} m, {worst['rotation_rad']:.2e} rad"
     ]
-    rows = [("voices", "frames", "worst position", "worst rotation")]
+    rows = [("sources", "frames", "worst position", "worst rotation")]
     for pair, frames in document["worst_by_frame"].items():
         by_position = max(frames, key=lambda name: frames[name]["position_m"])
         by_rotation = max(frames, key=lambda name: frames[name]["rotation_rad"])
@@ -230,7 +230,7 @@ def fk_text(document: Mapping[str, Any]) -> str:
             )
         )
     lines += table(rows)
-    lines += [f"no {voice}: {why}" for voice, why in document["silent"].items()]
+    lines += [f"no {source}: {why}" for source, why in document["silent"].items()]
     return in_lines(lines)
 
 

@@ -27,7 +27,7 @@ from borecheck.robots.urdf.source import elements
 from borecheck.validation.findings import Finding
 from borecheck.validation.load import load_file
 from borecheck.validation.options import Options
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.suppress import Suppression
 
 DONE, COULD_NOT = 0, 2
@@ -84,7 +84,7 @@ def fix_files(files: Mapping[str, Options], *, write: bool) -> int:
     return status
 
 
-def _is_plain(raw: bytes, robot: Robot) -> bool:
+def _is_plain(raw: bytes, robot: CheckedUrdf) -> bool:
     """Whether places in the text are places in the file: UTF-8, and nothing stray."""
     coding = robot.root.getroottree().docinfo.encoding or "UTF-8"
     try:
@@ -95,7 +95,7 @@ def _is_plain(raw: bytes, robot: Robot) -> bool:
     return not is_stray and coding.upper() in ("UTF-8", "US-ASCII", "ASCII")
 
 
-def edits_of(robot: Robot) -> list[Edit]:
+def edits_of(robot: CheckedUrdf) -> list[Edit]:
     """Everything that can be mended without guessing."""
     found = [*_spelling(robot), *_axes(robot)]
     if robot.options.meshes:
@@ -103,7 +103,7 @@ def edits_of(robot: Robot) -> list[Edit]:
     return found
 
 
-def fixed_text(raw: bytes, robot: Robot, edits: Sequence[Edit]) -> bytes:
+def fixed_text(raw: bytes, robot: CheckedUrdf, edits: Sequence[Edit]) -> bytes:
     """The file's bytes with the edits made; nothing else is touched."""
     order = {element: index for index, element in enumerate(elements(robot.root))}
     starts = _tag_starts(raw)
@@ -129,12 +129,14 @@ def diff(path: Path, after: bytes) -> str:
     return "".join(difflib.unified_diff(before, lines, str(path), f"{path} (mended)"))
 
 
-def _is_silent(robot: Robot, edit: Edit, suppressions: Sequence[Suppression]) -> bool:
+def _is_silent(
+    robot: CheckedUrdf, edit: Edit, suppressions: Sequence[Suppression]
+) -> bool:
     line = robot.source.place(edit.element).line
     return any(s.first <= line <= s.last for s in suppressions)
 
 
-def _spelling(robot: Robot) -> Iterator[Edit]:
+def _spelling(robot: CheckedUrdf) -> Iterator[Edit]:
     for element in elements(robot.root):
         known = SCHEMA.get(str(element.tag), ((), ()))[0]
         unknown = [a for a in element.attrib if a not in known and "{" not in a]
@@ -147,7 +149,7 @@ def _spelling(robot: Robot) -> Iterator[Edit]:
                     yield Edit(element, attribute, right, value)
 
 
-def _axes(robot: Robot) -> Iterator[Edit]:
+def _axes(robot: CheckedUrdf) -> Iterator[Edit]:
     for joint in robot.joints:
         axis, element = joint.axis, first(joint.element, "axis")
         if (
@@ -162,7 +164,7 @@ def _axes(robot: Robot) -> Iterator[Edit]:
             yield Edit(element, "xyz", "xyz", value)
 
 
-def _inverted(robot: Robot) -> Iterator[Edit]:
+def _inverted(robot: CheckedUrdf) -> Iterator[Edit]:
     from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
     from borecheck.validation.checks.geometry import shapes
     from borecheck.validation.reading.mesh_reading import facts, mesh_of, path_of

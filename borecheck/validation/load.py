@@ -7,16 +7,16 @@ from pathlib import Path
 from borecheck.core.text import printable
 from borecheck.errors import UrdfError
 from borecheck.robots.urdf import source as urdf_source
-from borecheck.robots.urdf.rules.problem import Problem
+from borecheck.robots.urdf.rules.defect import Defect
 from borecheck.robots.urdf.rules.tree import too_deep
 from borecheck.robots.urdf.xacro import is_xacro
 from borecheck.validation.findings import Finding
 from borecheck.validation.options import Options
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.registry import find_check
 from borecheck.validation.suppress import Suppression, suppressions_in, suppressions_of
 
-Loaded = tuple[Robot | Finding, tuple[Suppression, ...]]
+Loaded = tuple[CheckedUrdf | Finding, tuple[Suppression, ...]]
 
 
 def load_file(path: Path, options: Options) -> Loaded:
@@ -47,7 +47,7 @@ def _load(
     except UrdfError as error:
         code = "D102" if "well-formed" in error.problem else "D101"
         return _stopped(code, error, file, options), ()
-    robot = Robot(source=source, file=file, options=options, folder=folder)
+    robot = CheckedUrdf(source=source, file=file, options=options, folder=folder)
     deep = next(too_deep(robot), None)
     if deep is not None:
         return _refused("T211", robot, deep), ()
@@ -65,7 +65,7 @@ def _load_xacro(path: Path, raw: bytes, options: Options) -> Loaded:
     except UrdfError as error:
         return _stopped("D110", error, str(path), options), ()
     robot, _ = _load(expanded.text, str(path), path.parent, options, expanded.places)
-    if isinstance(robot, Robot):
+    if isinstance(robot, CheckedUrdf):
         robot.holds_macros_only = not robot.links and b"xacro:macro" in raw
         robot.found_packages = expanded.packages
         robot.notes["D111"] = [
@@ -81,7 +81,7 @@ def _load_xacro(path: Path, raw: bytes, options: Options) -> Loaded:
     return robot, suppressions_of(expanded.files)
 
 
-def _refused(code: str, robot: Robot, problem: Problem) -> Finding:
+def _refused(code: str, robot: CheckedUrdf, problem: Defect) -> Finding:
     """What keeps all other checks from looking at the robot."""
     place = robot.source.place(problem.element)
     error = UrdfError(f"{place.file}:{place.line}", problem.message, place.path)
@@ -107,7 +107,7 @@ def _stopped(code: str, error: UrdfError, file: str, options: Options) -> Findin
         line=int(number),
         message=printable(f"{where}: {error.problem}" if where else error.problem),
         why=check.why,
-        hint=check.mend,
+        hint=check.fix,
         libraries=check.libraries,
         name=check.name,
     )

@@ -1,7 +1,7 @@
 """The list of checks: each is a small function with a code, and its docstring tells.
 
 A check's docstring is its page: the first line says what is wrong, and paragraphs
-beginning with `Why:`, `Mend:` and `Libraries:` (separated by semicolons) say the rest.
+beginning with `Why:`, `Fix:` and `Libraries:` (separated by semicolons) say the rest.
 """
 
 import inspect
@@ -15,7 +15,7 @@ from borecheck.validation.findings import Severity
 from borecheck.validation.options import PROFILES
 
 if TYPE_CHECKING:
-    from borecheck.validation.reading.draft import Robot
+    from borecheck.validation.reading.checked_urdf import CheckedUrdf
 
 TIERS = ("document", "tree", "joints", "inertia", "geometry", "kinematics")
 STAGES = ("file", "robot", "meshes", "run", "last")
@@ -23,7 +23,7 @@ STAGES = ("file", "robot", "meshes", "run", "last")
 _LEVELS = {"E": Severity.ERROR, "W": Severity.WARNING, "I": Severity.INFO}
 
 
-class Hit(NamedTuple):
+class Problem(NamedTuple):
     """What a check met: the element and a message; the rest comes from the check.
 
     `severity` and `hint` override the check's own; `attribute` names the attribute.
@@ -36,7 +36,7 @@ class Hit(NamedTuple):
     hint: str | None = None
 
 
-CheckFunction = Callable[["Robot"], Iterator[Hit]]
+CheckFunction = Callable[["CheckedUrdf"], Iterator[Problem]]
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Check:
         find: The function.
         title: What is wrong, in one line.
         why: Why it matters.
-        mend: How to mend it.
+        fix: How to mend it.
         libraries: Libraries that behave differently.
     """
 
@@ -65,7 +65,7 @@ class Check:
     find: CheckFunction
     title: str
     why: str
-    mend: str
+    fix: str
     libraries: tuple[str, ...]
 
     @property
@@ -77,7 +77,7 @@ class Check:
 _CHECKS: dict[str, Check] = {}
 
 
-def check(
+def register(
     code: str, name: str, tier: str, levels: str, stage: str = "robot"
 ) -> Callable[[CheckFunction], CheckFunction]:
     """Enters a function in the list.
@@ -93,10 +93,10 @@ def check(
     def enter(find: CheckFunction) -> CheckFunction:
         if code in _CHECKS:
             raise ValueError(f"two checks are called {code}")
-        title, why, mend, libraries = _told(find)
+        title, why, fix, libraries = _docstring_parts(find)
         by_profile = {p: _LEVELS[c] for p, c in zip(PROFILES, levels, strict=True)}
         _CHECKS[code] = Check(
-            code, name, tier, by_profile, stage, find, title, why, mend, libraries
+            code, name, tier, by_profile, stage, find, title, why, fix, libraries
         )
         return find
 
@@ -121,15 +121,15 @@ def find_check(code: str) -> Check:
     raise UnknownNameError("check", code, [c.code for c in checks])
 
 
-def _told(find: CheckFunction) -> tuple[str, str, str, tuple[str, ...]]:
-    """Title, why, mend and libraries, out of a docstring."""
+def _docstring_parts(find: CheckFunction) -> tuple[str, str, str, tuple[str, ...]]:
+    """Title, why, fix and libraries, out of a docstring."""
     paragraphs = [
         " ".join(p.split()) for p in re.split(r"\n\s*\n", inspect.getdoc(find) or "")
     ]
-    said = {"Why": "", "Mend": "", "Libraries": ""}
+    said = {"Why": "", "Fix": "", "Libraries": ""}
     for paragraph in paragraphs[1:]:
         heading, _, text = paragraph.partition(":")
         if heading in said:
             said[heading] = text.strip()
     libraries = tuple(part.strip() for part in said["Libraries"].split(";") if part)
-    return paragraphs[0], said["Why"], said["Mend"], libraries
+    return paragraphs[0], said["Why"], said["Fix"], libraries

@@ -14,8 +14,8 @@ from borecheck.validation.config import Settings, find_settings, options_with
 from borecheck.validation.findings import Finding, Severity
 from borecheck.validation.load import Loaded, load_file, load_text
 from borecheck.validation.options import Options
-from borecheck.validation.reading.draft import Robot
-from borecheck.validation.registry import Check, Hit
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
+from borecheck.validation.registry import Check, Problem
 
 # A file with thousands of equal faults needs no thousands of lines.
 MOST_PER_CHECK = 200
@@ -93,7 +93,7 @@ def not_read(path: Path, problem: str, options: Options) -> Finding:
         line=1,
         message=printable(problem),
         why=check.why,
-        hint=check.mend,
+        hint=check.fix,
         libraries=check.libraries,
         name=check.name,
     )
@@ -115,10 +115,10 @@ def findings_of(loaded: Loaded, options: Options) -> list[Finding]:
         ignored = options.ignore and robot.code.startswith(options.ignore)
         return [] if ignored else [robot]
     if options.run and any(options.wants(code) for code in RUN_CODES):
-        from borecheck.validation.checks.running import start_voices
+        from borecheck.validation.checks.running import start_libraries
 
         with np.errstate(all="ignore"):
-            start_voices(robot)  # they load while the other checks run
+            start_libraries(robot)  # they load while the other checks run
     found: list[Finding] = []
     # Numbers of any size may stand in a strange file; what overflows fails comparisons.
     with np.errstate(all="ignore"):
@@ -130,7 +130,7 @@ def findings_of(loaded: Loaded, options: Options) -> list[Finding]:
     return sorted(found, key=lambda f: (f.file, f.line, f.code, f.element))
 
 
-def _ignored_errors(robot: Robot) -> bool:
+def _ignored_errors(robot: CheckedUrdf) -> bool:
     """Whether a check that is ignored would have found an error."""
     ignored = [c for c in all_checks() if c.code.startswith(robot.options.ignore)]
     return any(
@@ -141,7 +141,7 @@ def _ignored_errors(robot: Robot) -> bool:
     )
 
 
-def _is_due(check: Check, robot: Robot) -> bool:
+def _is_due(check: Check, robot: CheckedUrdf) -> bool:
     if check.stage == "last":  # what is silenced is known, and not told again
         return not robot.has_errors and not _ignored_errors(robot)
     if check.stage == "meshes":
@@ -151,28 +151,28 @@ def _is_due(check: Check, robot: Robot) -> bool:
     return True
 
 
-def _findings(check: Check, robot: Robot) -> list[Finding]:
+def _findings(check: Check, robot: CheckedUrdf) -> list[Finding]:
     found: list[Finding] = []
-    for hit in check.find(robot):
-        found.append(_finding(check, robot, hit))
+    for problem in check.find(robot):
+        found.append(_finding(check, robot, problem))
         if len(found) == MOST_PER_CHECK:
             break
     return found
 
 
-def _finding(check: Check, robot: Robot, hit: Hit) -> Finding:
-    place = robot.source.place(hit.element)
+def _finding(check: Check, robot: CheckedUrdf, problem: Problem) -> Finding:
+    place = robot.source.place(problem.element)
     return Finding(
         code=check.code,
-        severity=hit.severity or check.levels[robot.options.profile],
+        severity=problem.severity or check.levels[robot.options.profile],
         tier=check.tier,
         element=printable(place.path),
         file=place.file,
         line=place.line,
-        message=printable(hit.message),
+        message=printable(problem.message),
         why=check.why,
-        hint=printable(hit.hint or check.mend),
+        hint=printable(problem.hint or check.fix),
         libraries=check.libraries,
         name=check.name,
-        attribute=hit.attribute,
+        attribute=problem.attribute,
     )

@@ -15,7 +15,7 @@ from borecheck.validation.checks.self_contact import (
 from borecheck.validation.findings import Finding
 from borecheck.validation.load import Loaded, load_file
 from borecheck.validation.options import Options
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 
 
 def write_proposal(files: Sequence[str], options: Options, out: Path) -> Loaded:
@@ -51,7 +51,7 @@ def write_proposal(files: Sequence[str], options: Options, out: Path) -> Loaded:
     return loaded
 
 
-def srdf_proposal(robot: Robot, table: ContactTable) -> str:
+def srdf_proposal(robot: CheckedUrdf, table: ContactTable) -> str:
     """An SRDF that disables adjacent pairs, and those that touch always or never.
 
     Pairs that never touched are marked with the samples they rest on.

@@ -1,4 +1,4 @@
-"""The MRI arm as data: three voices agree, meshes are sound, home is clear."""
+"""The MRI arm as data: three sources agree, meshes are sound, home is clear."""
 
 from dataclasses import fields
 
@@ -35,7 +35,7 @@ def magnet():
 
 
 @pytest.mark.parametrize("arguments", ARGUMENTS)
-def test_three_voices_agree(arguments):
+def test_three_sources_agree(arguments):
     robot = bc.load_robot("mri_arm", **arguments)
     rng = np.random.default_rng(0)
     result = kc.cross_check(robot, kc.sample_configurations(robot.model, rng, 50))

@@ -254,7 +254,7 @@ def test_kinematics_page(capsys, tmp_path):
     main(["fk", str(ROBOT), "--random", "3", "--out", str(out)])
     capsys.readouterr()
     text = body(page(read_result(out)))
-    assert "All voices agree" in text
+    assert "All sources agree" in text
     assert 'class="bar"' in text
 
 

@@ -213,7 +213,7 @@ def test_an_empty_line_is_not_underlined(validate, tmp_path):
     out = validate(tmp_path / "empty.urdf")[1]
     assert "D101: is empty" in out
     assert "^" not in out
-    assert "mend:" in out
+    assert "fix:" in out
 
 
 def test_standard_input(tmp_path):

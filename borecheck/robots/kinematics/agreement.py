@@ -20,7 +20,7 @@ from borecheck.errors import (
     UsageError,
 )
 from borecheck.robots.description import hook
-from borecheck.robots.kinematics import sources as voices
+from borecheck.robots.kinematics import sources
 from borecheck.robots.kinematics.sources import Placements, RobotLike
 from borecheck.robots.model import RobotModel
 
@@ -43,7 +43,7 @@ class Tolerances:
 
 @dataclass(frozen=True)
 class Disagreement:
-    """The largest difference of two voices about one frame.
+    """The largest difference of two sources about one frame.
 
     Attributes:
         frame: The frame.
@@ -70,7 +70,7 @@ class Disagreement:
 
 @dataclass(frozen=True, eq=False)
 class CrossCheck:
-    """What the voices say, and how far apart they are.
+    """What the sources say, and how far apart they are.
 
     Attributes:
         robot: The robot's name.
@@ -80,10 +80,10 @@ class CrossCheck:
         configurations: How many configurations were compared.
         moved_m: How far the farthest-moving frame moved over them, [m].
         parameters: The closed form's dimensions by their names in the paper.
-        frames: {frame: {voice: T_base_frame (4, 4)}} at q.
-        worst: {(voice, voice): {frame: largest difference}}.
+        frames: {frame: {source: T_base_frame (4, 4)}} at q.
+        worst: {(source, source): {frame: largest difference}}.
         tolerances: What counted as the same.
-        silent: Voices that the robot has not, with the reason.
+        silent: Sources that the robot has not, with the reason.
     """
 
     robot: str
@@ -100,18 +100,18 @@ class CrossCheck:
 
     @property
     def disagreements(self) -> tuple[Disagreement, ...]:
-        """All differences beyond the tolerances; empty when the voices agree."""
+        """All differences beyond the tolerances; empty when the sources agree."""
         found = (d for pair in self.worst.values() for d in pair.values())
         return tuple(d for d in found if d.exceeds(self.tolerances))
 
     @property
     def position_m(self) -> float:
-        """Largest distance between any two voices about any frame, [m]."""
+        """Largest distance between any two sources about any frame, [m]."""
         return _largest([d.position_m for p in self.worst.values() for d in p.values()])
 
     @property
     def rotation_rad(self) -> float:
-        """Largest angle between any two voices about any frame, [rad]."""
+        """Largest angle between any two sources about any frame, [rad]."""
         return _largest(
             [d.rotation_rad for p in self.worst.values() for d in p.values()]
         )
@@ -120,7 +120,7 @@ class CrossCheck:
 def differences(
     first: Placements, second: Placements, configurations: Iterable[ArrayLike]
 ) -> dict[str, Disagreement]:
-    """Largest difference of two voices about each frame, over all configurations.
+    """Largest difference of two sources about each frame, over all configurations.
 
     Args:
         first: Function q -> {frame: T_base_frame}.
@@ -150,7 +150,7 @@ def disagreements(
     configurations: Iterable[ArrayLike],
     tolerances: Tolerances | None = None,
 ) -> list[Disagreement]:
-    """The frames about which two voices differ beyond the tolerances."""
+    """The frames about which two sources differ beyond the tolerances."""
     allowed = Tolerances() if tolerances is None else tolerances
     worst = differences(first, second, configurations)
     return [found for found in worst.values() if found.exceeds(allowed)]
@@ -187,7 +187,7 @@ def cross_check(
     """Closed form, Pinocchio and yourdfpy about every frame of the paper.
 
     Args:
-        robot: The loaded robot; without a closed form two voices remain.
+        robot: The loaded robot; without a closed form two sources remain.
         configurations: Joint positions in the order of the model, (k, n) or (n,).
         tolerances: What counts as the same.
 
@@ -196,14 +196,14 @@ def cross_check(
     """
     allowed = Tolerances() if tolerances is None else tolerances
     qs = np.atleast_2d(np.array(configurations, dtype=np.float64))
-    speaking, silent = _speaking(robot)
-    remembered = {name: _Remembered(voice, qs) for name, voice in speaking.items()}
+    available, silent = _available(robot)
+    remembered = {name: _Remembered(source, qs) for name, source in available.items()}
     worst = {
         (a, b): differences(remembered[a], remembered[b], qs)
-        for a, b in combinations(speaking, 2)
+        for a, b in combinations(available, 2)
     }
-    at_first = {name: remembered[name](qs[0]) for name in speaking}
-    frames = voices.compared_frames(robot)
+    at_first = {name: remembered[name](qs[0]) for name in available}
+    frames = sources.compared_frames(robot)
     return CrossCheck(
         robot=robot.model.name,
         arguments=dict(robot.arguments),
@@ -212,7 +212,7 @@ def cross_check(
         configurations=len(qs),
         moved_m=_moved(remembered["pinocchio"].all(), len(qs)),
         parameters=_parameters(robot),
-        frames={f: {name: at_first[name][f] for name in speaking} for f in frames},
+        frames={f: {name: at_first[name][f] for name in available} for f in frames},
         worst=worst,
         tolerances=allowed,
         silent=silent,
@@ -230,8 +230,8 @@ def to_json(result: CrossCheck) -> dict[str, Any]:
         "parameters": dict(result.parameters),
         "frames": {
             frame: {
-                voice: said[voice].tolist() if voice in said else None
-                for voice in voices.VOICES
+                source: said[source].tolist() if source in said else None
+                for source in sources.SOURCES
             }
             for frame, said in result.frames.items()
         },
@@ -256,10 +256,10 @@ def to_json(result: CrossCheck) -> dict[str, Any]:
 
 
 class _Remembered:
-    """A voice asked once per configuration; the comparisons then read its answers."""
+    """A source asked once per configuration; the comparisons then read its answers."""
 
-    def __init__(self, voice: Placements, qs: Array) -> None:
-        self._answers = {q.tobytes(): dict(voice(q)) for q in qs}
+    def __init__(self, source: Placements, qs: Array) -> None:
+        self._answers = {q.tobytes(): dict(source(q)) for q in qs}
 
     def __call__(self, q: Array) -> Mapping[str, Array]:
         return self._answers[q.tobytes()]
@@ -268,16 +268,16 @@ class _Remembered:
         return list(self._answers.values())
 
 
-def _speaking(robot: RobotLike) -> tuple[dict[str, Placements], dict[str, str]]:
+def _available(robot: RobotLike) -> tuple[dict[str, Placements], dict[str, str]]:
     found: dict[str, Placements] = {}
     silent = {}
-    closed = voices.analytic(robot)
+    closed = sources.analytic(robot)
     if closed is None:
         silent["analytic"] = "this robot has no closed form"
     else:
         found["analytic"] = closed
-    found["pinocchio"] = voices.pinocchio(robot)
-    found["yourdfpy"] = voices.yourdfpy(robot)
+    found["pinocchio"] = sources.pinocchio(robot)
+    found["yourdfpy"] = sources.yourdfpy(robot)
     return found, silent
 
 
@@ -286,7 +286,7 @@ def _parameters(robot: RobotLike) -> dict[str, float]:
     if description is None or description.dimensions is None:
         return {}
     named: Callable[..., dict[str, float]] = hook(description.dimensions)
-    return named(**voices.closed_form_arguments(robot))
+    return named(**sources.closed_form_arguments(robot))
 
 
 def _moved(placements: list[dict[str, Array]], count: int) -> float:

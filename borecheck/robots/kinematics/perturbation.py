@@ -2,7 +2,8 @@
 
 A check that cannot fail says nothing. Each dimension of the closed form, and each
 number of each origin, axis and mimic of the URDF, is changed by 0.1 mm or 1e-4; the two
-voices must then disagree. Numbers whose change goes unseen are named with what they do.
+sources must then disagree. Numbers whose change goes unseen are named, with what they
+do.
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import UrdfError, UsageError
 from borecheck.robots.description import hook
-from borecheck.robots.kinematics import sources as voices
+from borecheck.robots.kinematics import sources
 from borecheck.robots.kinematics.agreement import Tolerances, disagreements
 from borecheck.robots.kinematics.sources import Placements, RobotLike
 from borecheck.robots.model import RobotModel
@@ -76,11 +77,11 @@ def unseen_perturbations(
     """
     allowed = Tolerances() if tolerances is None else tolerances
     qs = np.atleast_2d(np.array(configurations, dtype=np.float64))
-    closed, engine = voices.analytic(robot), voices.pinocchio(robot)
+    closed, engine = sources.analytic(robot), sources.pinocchio(robot)
     if closed is None:
         raise UsageError(f"{robot.model.name} has no closed form to compare with")
     if disagreements(closed, engine, qs, allowed):
-        raise UsageError("the voices disagree before any number is changed")
+        raise UsageError("the sources disagree before any number is changed")
     seen: list[str] = []
     unseen: list[Unseen] = []
     for name, changed in _changed_dimensions(robot, by):
@@ -175,10 +176,10 @@ def _changed_dimensions(
     if description is None or description.dimensions is None:
         return
     named: Mapping[str, float] = hook(description.dimensions)(
-        **voices.closed_form_arguments(robot)
+        **sources.closed_form_arguments(robot)
     )
     for name in named:
-        changed = voices.analytic(robot, perturbed={name: by})
+        changed = sources.analytic(robot, perturbed={name: by})
         assert changed is not None  # the caller has made sure that there is one
         yield name, changed
 
@@ -191,7 +192,7 @@ def _why_unseen(
         changed = RobotModel(text)
     except UrdfError:
         return None  # a robot that cannot be built is noticed
-    if _noticed(voices.pinocchio(robot, changed), closed, qs, allowed):
+    if _noticed(sources.pinocchio(robot, changed), closed, qs, allowed):
         return None
     moved = _moved_links(robot.model, changed, qs)
     if not moved:

@@ -1,4 +1,4 @@
-"""Three voices on where a robot's frames are: closed form, Pinocchio, yourdfpy.
+"""Three sources on where a robot's frames are: closed form, Pinocchio, yourdfpy.
 
 Each is a function q -> {frame: T_base_frame}, with q in the order of the URDF model, so
 that the comparator in `kinematics.agreement` need not know which is which. Between the
@@ -22,7 +22,7 @@ from borecheck.robots.model import RobotModel
 Array = NDArray[np.float64]
 Placements = Callable[[Array], Mapping[str, Array]]
 
-VOICES = ("analytic", "pinocchio", "yourdfpy")
+SOURCES = ("analytic", "pinocchio", "yourdfpy")
 
 
 class RobotLike(Protocol):

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from borecheck.errors import UrdfError
 from borecheck.robots.urdf.draft import UrdfDraft
 from borecheck.robots.urdf.rules import document, joints, names, numbers, shapes, tree
-from borecheck.robots.urdf.rules.problem import Problem
+from borecheck.robots.urdf.rules.defect import Defect
 from borecheck.robots.urdf.source import Place
 
 RULES = (
@@ -47,7 +47,7 @@ RULES = (
 )
 
 
-def problems(draft: UrdfDraft) -> Iterator[Problem]:
+def problems(draft: UrdfDraft) -> Iterator[Defect]:
     """Everything that stops a check."""
     for rule in RULES:
         yield from (problem for problem in rule(draft) if problem.stops)

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from borecheck.core.se3 import Array, inverse
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.extents import link_extent
 from borecheck.validation.reading.motion import Motion, motion_of
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.registry import Problem, register
 
 SAMPLES = 12
 FEW = 4  # poses of two joints that tell a point that does not stay
@@ -29,7 +29,7 @@ class Fixed(NamedTuple):
 
 
 def _poses(
-    robot: Robot,
+    robot: CheckedUrdf,
     motion: Motion,
     joints: Sequence[str],
     frames: Sequence[str],
@@ -50,7 +50,9 @@ def _poses(
     return poses
 
 
-def _unknown(robot: Robot, motion: Motion, frames: Any, joints: Any) -> str | None:
+def _unknown(
+    robot: CheckedUrdf, motion: Motion, frames: Any, joints: Any
+) -> str | None:
     for frame in frames:
         if frame is not None and frame not in robot.link_named:
             return f"there is no link {frame!r}"
@@ -60,13 +62,13 @@ def _unknown(robot: Robot, motion: Motion, frames: Any, joints: Any) -> str | No
     return None
 
 
-@check("K603", "remote-centre-missed", "kinematics", "EEE")
-def remote_centre_missed(robot: Robot) -> Iterator[Hit]:
+@register("K603", "remote-centre-missed", "kinematics", "EEE")
+def remote_centre_missed(robot: CheckedUrdf) -> Iterator[Problem]:
     """A declared remote centre moves.
 
     Why: The needle would tear the tissue at the point that must stay.
 
-    Mend: Compare the lengths between the axes with the drawing: some published robots
+    Fix: Compare the lengths between the axes with the drawing: some published robots
     miss their centre by millimetres.
     """
     motion = motion_of(robot)
@@ -75,7 +77,7 @@ def remote_centre_missed(robot: Robot) -> Iterator[Hit]:
             return  # no tree: other findings say so
         problem = _unknown(robot, motion, [centre.frame], centre.joints)
         if problem:
-            yield Hit(robot.root, problem)
+            yield Problem(robot.root, problem)
             continue
         poses = _poses(robot, motion, centre.joints, [centre.frame])
         point = np.array([*centre.point, 1.0])
@@ -83,16 +85,16 @@ def remote_centre_missed(robot: Robot) -> Iterator[Hit]:
         error = float(np.linalg.norm(path - path[0], axis=1).max())
         if error > centre.tolerance:
             message = f"the remote centre of {centre.frame!r} moves by {error:.3g} m"
-            yield Hit(robot.link_named[centre.frame].element, message)
+            yield Problem(robot.link_named[centre.frame].element, message)
 
 
-@check("K604", "remote-centre-found", "kinematics", "III")
-def remote_centre_found(robot: Robot) -> Iterator[Hit]:
+@register("K604", "remote-centre-found", "kinematics", "III")
+def remote_centre_found(robot: CheckedUrdf) -> Iterator[Problem]:
     """A point away from the robot stays fixed while two joints turn, undeclared.
 
     Why: It is a remote centre; declared, it is checked from now on.
 
-    Mend: Declare it in the settings: [[validate.remote-centre]].
+    Fix: Declare it in the settings: [[validate.remote-centre]].
     """
     motion = motion_of(robot)
     if motion is None:
@@ -108,17 +110,17 @@ def remote_centre_found(robot: Robot) -> Iterator[Hit]:
         point = " ".join(f"{v:.4g}" for v in fixed.point + 0.0)
         turning = " and ".join(fixed.joints)
         message = f"point ({point}) of {fixed.frame!r} stays while {turning} turn"
-        yield Hit(robot.link_named[fixed.frame].element, message)
+        yield Problem(robot.link_named[fixed.frame].element, message)
 
 
-@check("K605", "loop-open", "kinematics", "EEE")
-def loop_open(robot: Robot) -> Iterator[Hit]:
+@register("K605", "loop-open", "kinematics", "EEE")
+def loop_open(robot: CheckedUrdf) -> Iterator[Problem]:
     """A declared loop does not close.
 
     Why: Two ends of a closed mechanism drift apart, so the rods cannot be where the
     file puts them.
 
-    Mend: Check the mimic multipliers and the lengths of the rods.
+    Fix: Check the mimic multipliers and the lengths of the rods.
     """
     motion = motion_of(robot)
     for loop in robot.options.loops:
@@ -127,22 +129,22 @@ def loop_open(robot: Robot) -> Iterator[Hit]:
             return  # no tree: other findings say so
         problem = _unknown(robot, motion, ends, ())
         if problem:
-            yield Hit(robot.root, problem)
+            yield Problem(robot.root, problem)
             continue
         poses = _poses(robot, motion, tuple(motion.ranges), ends)
         gaps = [np.linalg.norm(p[ends[0]][:3, 3] - p[ends[1]][:3, 3]) for p in poses]
         if float(max(gaps)) > loop.tolerance:
             message = f"{ends[0]!r} and {ends[1]!r} are up to {max(gaps):.3g} m apart"
-            yield Hit(robot.link_named[ends[0]].element, message)
+            yield Problem(robot.link_named[ends[0]].element, message)
 
 
-@check("K606", "loop-found", "kinematics", "III")
-def loop_found(robot: Robot) -> Iterator[Hit]:
+@register("K606", "loop-found", "kinematics", "III")
+def loop_found(robot: CheckedUrdf) -> Iterator[Problem]:
     """Two frames on different branches coincide always, and nobody declared a loop.
 
     Why: A closed mechanism written as a tree; declared, its closing is checked.
 
-    Mend: Declare it in the settings: [[validate.loop]].
+    Fix: Declare it in the settings: [[validate.loop]].
     """
     motion = motion_of(robot)
     if motion is None or not motion.follows:
@@ -158,16 +160,16 @@ def loop_found(robot: Robot) -> Iterator[Hit]:
         if _closes(motion, first, second):
             count += 1
             message = f"{first!r} and {second!r} coincide at every configuration"
-            yield Hit(robot.link_named[first].element, message)
+            yield Problem(robot.link_named[first].element, message)
 
 
-@check("K613", "tool-axis-missed", "kinematics", "EEE")
-def tool_axis_missed(robot: Robot) -> Iterator[Hit]:
+@register("K613", "tool-axis-missed", "kinematics", "EEE")
+def tool_axis_missed(robot: CheckedUrdf) -> Iterator[Problem]:
     """A declared tool axis does not pass through its point.
 
     Why: The needle would miss the entry point although every joint is right.
 
-    Mend: Compare axis and point with the drawing.
+    Fix: Compare axis and point with the drawing.
     """
     motion = motion_of(robot)
     for tool in robot.options.tool_axes:
@@ -176,14 +178,14 @@ def tool_axis_missed(robot: Robot) -> Iterator[Hit]:
             return  # no tree: other findings say so
         problem = _unknown(robot, motion, frames, tool.joints)
         if problem:
-            yield Hit(robot.root, problem)
+            yield Problem(robot.root, problem)
             continue
         base = tool.base or motion.root
         poses = _poses(robot, motion, tool.joints, [tool.frame, base])
         error = max(_off_axis(pose[base], pose[tool.frame], tool) for pose in poses)
         if error > tool.tolerance:
             message = f"the axis of {tool.frame!r} passes its point at {error:.3g} m"
-            yield Hit(robot.link_named[tool.frame].element, message)
+            yield Problem(robot.link_named[tool.frame].element, message)
 
 
 def _off_axis(T_root_base: Array, T_root_tool: Array, tool: Any) -> float:
@@ -193,7 +195,7 @@ def _off_axis(T_root_base: Array, T_root_tool: Array, tool: Any) -> float:
     return float(np.linalg.norm(point - axis * (axis @ point)))
 
 
-def _discovered(robot: Robot, motion: Motion) -> Iterator[Fixed]:
+def _discovered(robot: CheckedUrdf, motion: Motion) -> Iterator[Fixed]:
     """Fixed points of the ends of chains under pairs of successive turning joints."""
     carrying = {joint.parent for _, joint, _ in motion.steps}
     ends = [link for link, _, _ in motion.steps if link not in carrying]
@@ -210,7 +212,7 @@ def _discovered(robot: Robot, motion: Motion) -> Iterator[Fixed]:
 
 
 def _fixed_point(
-    robot: Robot, motion: Motion, frame: str, joints: tuple[str, ...]
+    robot: CheckedUrdf, motion: Motion, frame: str, joints: tuple[str, ...]
 ) -> Fixed | None:
     """The point of a frame that stays; a few poses rule out most pairs of joints."""
     if _solved(robot, motion, frame, joints, FEW) is None:
@@ -219,7 +221,11 @@ def _fixed_point(
 
 
 def _solved(
-    robot: Robot, motion: Motion, frame: str, joints: tuple[str, ...], samples: int
+    robot: CheckedUrdf,
+    motion: Motion,
+    frame: str,
+    joints: tuple[str, ...],
+    samples: int,
 ) -> Fixed | None:
     """By least squares over so many poses: R_k p + t_k = w for all k."""
     poses = [p[frame] for p in _poses(robot, motion, joints, [frame], samples)]
@@ -234,7 +240,7 @@ def _solved(
     return Fixed(frame, joints, solution[:3], solution[3:], error)
 
 
-def _is_remote(robot: Robot, motion: Motion, fixed: Fixed) -> bool:
+def _is_remote(robot: CheckedUrdf, motion: Motion, fixed: Fixed) -> bool:
     """Whether the point lies outside of the links about it: no wrist, no hip."""
     first = robot.joint_named[fixed.joints[0]].parent or motion.root
     middle = {name: 0.5 * (low + high) for name, (low, high) in motion.ranges.items()}

@@ -5,22 +5,22 @@ from pathlib import PurePosixPath, PureWindowsPath
 
 from borecheck.robots.urdf.draft import DraftShape
 from borecheck.robots.urdf.rules import shapes as rules
-from borecheck.validation.checks.ruled import hits
+from borecheck.validation.checks.ruled import problems
 from borecheck.validation.findings import Severity
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.mesh_reading import resolution_of
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.registry import Problem, register
 
 _SUFFIXES = (".stl", ".obj", ".ply", ".dae")
 
 
-def shapes(robot: Robot) -> Iterator[DraftShape]:
+def shapes(robot: CheckedUrdf) -> Iterator[DraftShape]:
     """All visuals and collisions."""
     for link in robot.links:
         yield from link.shapes
 
 
-def where_checked(robot: Robot, shape: DraftShape) -> Severity | None:
+def where_checked(robot: CheckedUrdf, shape: DraftShape) -> Severity | None:
     """The check's own severity for shapes that contacts are checked with.
 
     A link that is drawn and has no <collision> is checked as it is drawn; what is drawn
@@ -37,14 +37,14 @@ def _is_absolute(filename: str) -> bool:
     return PurePosixPath(path).is_absolute() or bool(windows.drive)
 
 
-@check("G501", "mesh-not-found", "geometry", "WEE")
-def mesh_not_found(robot: Robot) -> Iterator[Hit]:
+@register("G501", "mesh-not-found", "geometry", "WEE")
+def mesh_not_found(robot: CheckedUrdf) -> Iterator[Problem]:
     """A mesh file cannot be found.
 
     Why: The link has no geometry then: nothing can touch it. Some libraries stop,
     others go on without the shape.
 
-    Mend: Correct the path, or name the folder that holds the package with
+    Fix: Correct the path, or name the folder that holds the package with
     --package-path.
 
     Libraries: Pinocchio and Drake stop; yourdfpy and PyBullet warn and leave it out.
@@ -59,16 +59,16 @@ def mesh_not_found(robot: Robot) -> Iterator[Hit]:
             continue  # G504 says so
         tried = ", ".join(str(path) for path in found.tried[:8]) or "nothing"
         message = f"{shape.filename!r}: {found.problem}; tried {tried}"
-        yield Hit(shape.shape, message, "filename", where_checked(robot, shape))
+        yield Problem(shape.shape, message, "filename", where_checked(robot, shape))
 
 
-@check("G502", "mesh-other-spelling", "geometry", "WEE")
-def mesh_other_spelling(robot: Robot) -> Iterator[Hit]:
+@register("G502", "mesh-other-spelling", "geometry", "WEE")
+def mesh_other_spelling(robot: CheckedUrdf) -> Iterator[Problem]:
     """A mesh file exists only under another spelling (case, backslash).
 
     Why: It is found on one system and missing on the next.
 
-    Mend: Write the name exactly as the file is called, with forward slashes.
+    Fix: Write the name exactly as the file is called, with forward slashes.
     """
     for shape in shapes(robot):
         if shape.filename is None:
@@ -76,33 +76,33 @@ def mesh_other_spelling(robot: Robot) -> Iterator[Hit]:
         found = resolution_of(robot, shape.filename)
         if found.path is None and found.near_miss is not None:
             message = f"{shape.filename!r}: the file is {found.near_miss}"
-            yield Hit(shape.shape, message, "filename", where_checked(robot, shape))
+            yield Problem(shape.shape, message, "filename", where_checked(robot, shape))
 
 
-@check("G503", "mesh-absolute-path", "geometry", "WWW")
-def mesh_absolute_path(robot: Robot) -> Iterator[Hit]:
+@register("G503", "mesh-absolute-path", "geometry", "WWW")
+def mesh_absolute_path(robot: CheckedUrdf) -> Iterator[Problem]:
     """A mesh is named by an absolute path.
 
     Why: The robot cannot be moved to another computer.
 
-    Mend: Use package://PACKAGE/... or a path relative to the file.
+    Fix: Use package://PACKAGE/... or a path relative to the file.
     """
     for shape in shapes(robot):
         if shape.filename is None or robot.is_by_find(shape.filename):
             continue
         if _is_absolute(shape.filename):
             message = f"{shape.filename!r} is an absolute path"
-            yield Hit(shape.shape, message, "filename")
+            yield Problem(shape.shape, message, "filename")
 
 
-@check("G504", "mesh-path-escapes", "geometry", "EEE")
-def mesh_path_escapes(robot: Robot) -> Iterator[Hit]:
+@register("G504", "mesh-path-escapes", "geometry", "EEE")
+def mesh_path_escapes(robot: CheckedUrdf) -> Iterator[Problem]:
     """A mesh path leads out of the file's own folder tree.
 
     Why: A stranger's file has no business elsewhere on this computer; the path is not
     followed.
 
-    Mend: Keep the meshes inside the package; or name the folder they are in with
+    Fix: Keep the meshes inside the package; or name the folder they are in with
     --package-path, or allow every file with --allow-outside.
     """
     for shape in shapes(robot):
@@ -111,30 +111,30 @@ def mesh_path_escapes(robot: Robot) -> Iterator[Hit]:
             if found.is_refused:
                 message = f"{shape.filename!r}: {found.problem}"
                 level = where_checked(robot, shape)
-                yield Hit(shape.shape, message, "filename", level)
+                yield Problem(shape.shape, message, "filename", level)
 
 
-@check("G509", "scale-zero", "geometry", "EEE")
-def scale_zero(robot: Robot) -> Iterator[Hit]:
+@register("G509", "scale-zero", "geometry", "EEE")
+def scale_zero(robot: CheckedUrdf) -> Iterator[Problem]:
     """A mesh is scaled by zero.
 
     Why: It becomes flat: nothing touches it.
 
-    Mend: Give the scale; 1 1 1 is the default.
+    Fix: Give the scale; 1 1 1 is the default.
 
     Libraries: most accept it in silence.
     """
-    return hits(robot, rules.scales)
+    return problems(robot, rules.scales)
 
 
-@check("G510", "scale-mirrored", "geometry", "WWW")
-def scale_mirrored(robot: Robot) -> Iterator[Hit]:
+@register("G510", "scale-mirrored", "geometry", "WWW")
+def scale_mirrored(robot: CheckedUrdf) -> Iterator[Problem]:
     """A mesh is mirrored by a negative scale.
 
     Why: Mirroring turns the winding inside out: what is inside becomes outside for
     libraries that do not turn the triangles back.
 
-    Mend: Mirror the mesh file itself, with its winding turned.
+    Fix: Mirror the mesh file itself, with its winding turned.
 
     Libraries: Coal and FCL keep the winding (inside out); viewers often light it wrong;
     borecheck turns the triangles back.
@@ -143,32 +143,32 @@ def scale_mirrored(robot: Robot) -> Iterator[Hit]:
         if shape.tag == "mesh" and min(shape.scale) < 0.0:
             level = None if shape.kind == "collision" else Severity.INFO
             text = f"scale={shape.shape.get('scale')!r}"
-            yield Hit(shape.shape, text, "scale", level)
+            yield Problem(shape.shape, text, "scale", level)
 
 
-@check("G511", "scale-uneven", "geometry", "III")
-def scale_uneven(robot: Robot) -> Iterator[Hit]:
+@register("G511", "scale-uneven", "geometry", "III")
+def scale_uneven(robot: CheckedUrdf) -> Iterator[Problem]:
     """A mesh is scaled differently along its axes.
 
     Why: Rarely meant; angles and round shapes are distorted.
 
-    Mend: Use one scale, or stretch the mesh file itself.
+    Fix: Use one scale, or stretch the mesh file itself.
 
     Libraries: some take the first number for all three.
     """
     for shape in shapes(robot):
         sizes = {abs(s) for s in shape.scale} if shape.tag == "mesh" else {1.0}
         if max(sizes) - min(sizes) > 1e-9 * max(sizes):
-            yield Hit(shape.shape, f"scale={shape.shape.get('scale')!r}", "scale")
+            yield Problem(shape.shape, f"scale={shape.shape.get('scale')!r}", "scale")
 
 
-@check("G522", "collision-missing", "geometry", "IWW")
-def collision_missing(robot: Robot) -> Iterator[Hit]:
+@register("G522", "collision-missing", "geometry", "IWW")
+def collision_missing(robot: CheckedUrdf) -> Iterator[Problem]:
     """A link is drawn but has no collision geometry.
 
     Why: It can drive through everything without a contact being reported.
 
-    Mend: Add <collision>, or name the link among those not modelled.
+    Fix: Add <collision>, or name the link among those not modelled.
 
     Libraries: MoveIt, Drake and Pinocchio check nothing there; borecheck's own checks
     and some tools take the visual.
@@ -178,48 +178,48 @@ def collision_missing(robot: Robot) -> Iterator[Hit]:
             continue
         if link.name in robot.options.links:
             message = f"link {link.name!r} must have collision geometry and has none"
-            yield Hit(link.element, message, None, Severity.ERROR)
+            yield Problem(link.element, message, None, Severity.ERROR)
         elif link.of_kind("visual"):
-            yield Hit(link.element, f"link {link.name!r} has no <collision>")
+            yield Problem(link.element, f"link {link.name!r} has no <collision>")
 
 
-@check("G525", "size-not-positive", "geometry", "EEE")
-def size_not_positive(robot: Robot) -> Iterator[Hit]:
+@register("G525", "size-not-positive", "geometry", "EEE")
+def size_not_positive(robot: CheckedUrdf) -> Iterator[Problem]:
     """A box, cylinder, sphere or capsule has a size that is zero or negative.
 
     Why: There is no such solid; libraries skip it, take the absolute value or stop.
 
-    Mend: Give positive sizes in metres.
+    Fix: Give positive sizes in metres.
 
     Libraries: Drake and MuJoCo refuse it; urdfdom and yourdfpy accept it.
     """
-    return hits(robot, rules.sizes)
+    return problems(robot, rules.sizes)
 
 
-@check("G530", "mesh-format", "geometry", "WEE")
-def mesh_format(robot: Robot) -> Iterator[Hit]:
+@register("G530", "mesh-format", "geometry", "WEE")
+def mesh_format(robot: CheckedUrdf) -> Iterator[Problem]:
     """The mesh is in a format that is not read here.
 
     Why: It was not checked, borecheck's own checks refuse a robot that is made of it,
     and many libraries cannot read it.
 
-    Mend: Export STL, OBJ, PLY or Collada.
+    Fix: Export STL, OBJ, PLY or Collada.
     """
     for shape in shapes(robot):
         suffix = PurePosixPath(shape.filename or "x.stl").suffix.strip().lower()
         if suffix not in _SUFFIXES:
             message = f"{shape.filename!r}: {suffix or 'no suffix'} is not read"
             level = where_checked(robot, shape)
-            yield Hit(shape.shape, message, "filename", level)
+            yield Problem(shape.shape, message, "filename", level)
 
 
-@check("G536", "shape-repeated", "geometry", "IWW")
-def shape_repeated(robot: Robot) -> Iterator[Hit]:
+@register("G536", "shape-repeated", "geometry", "IWW")
+def shape_repeated(robot: CheckedUrdf) -> Iterator[Problem]:
     """A link has the same shape twice at the same place.
 
     Why: It costs time in every check, and the second was probably meant elsewhere.
 
-    Mend: Remove one, or correct its origin.
+    Fix: Remove one, or correct its origin.
     """
     for link in robot.links:
         seen = set()
@@ -230,7 +230,7 @@ def shape_repeated(robot: Robot) -> Iterator[Hit]:
             where = () if origin is None else tuple(sorted(origin.attrib.items()))
             what = (shape.kind, shape.tag, tuple(sorted(shape.shape.attrib.items())))
             if (what, where) in seen:
-                yield Hit(
+                yield Problem(
                     shape.element, f"link {link.name!r} has this {shape.kind} twice"
                 )
             seen.add((what, where))

@@ -7,9 +7,9 @@ import numpy as np
 
 from borecheck.core.se3 import Array
 from borecheck.robots.urdf.draft import DraftLink, first, number, placement
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.extents import Extent, link_extent
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.registry import Problem, register
 
 TRIANGLE_TOLERANCE = 0.01  # relative: inertias are typed with a few digits
 DENSITY_RANGE = 5.0, 22_600.0  # [kg/m^3] of the bounding volume: foam to osmium
@@ -35,52 +35,54 @@ def principal(link: DraftLink) -> Array | None:
     return np.array(np.linalg.eigvalsh(tensor), dtype=np.float64)
 
 
-def _moving(robot: Robot) -> Iterator[DraftLink]:
+def _moving(robot: CheckedUrdf) -> Iterator[DraftLink]:
     """Links that some moving joint carries and that have an inertial."""
     for link in robot.links:
         if link.inertial is not None:
             yield link
 
 
-@check("I401", "mass-negative", "inertia", "IWE")
-def mass_negative(robot: Robot) -> Iterator[Hit]:
+@register("I401", "mass-negative", "inertia", "IWE")
+def mass_negative(robot: CheckedUrdf) -> Iterator[Problem]:
     """The mass of a link is negative.
 
     Why: There is no negative mass; simulations blow up.
 
-    Mend: Remove the sign.
+    Fix: Remove the sign.
 
     Libraries: Pinocchio and yourdfpy accept it; Drake and MuJoCo refuse it.
     """
     for link in _moving(robot):
         if link.mass is not None and link.mass < 0.0:
             element = first(link.inertial, "mass")
-            yield Hit(element, f"link {link.name!r} weighs {link.mass:g} kg", "value")
+            yield Problem(
+                element, f"link {link.name!r} weighs {link.mass:g} kg", "value"
+            )
 
 
-@check("I402", "mass-zero", "inertia", "IIW")
-def mass_zero(robot: Robot) -> Iterator[Hit]:
+@register("I402", "mass-zero", "inertia", "IIW")
+def mass_zero(robot: CheckedUrdf) -> Iterator[Problem]:
     """A link that moves weighs nothing.
 
     Why: A joint that carries only massless links cannot be simulated.
 
-    Mend: Give the mass; a plain frame needs no <inertial> at all.
+    Fix: Give the mass; a plain frame needs no <inertial> at all.
 
     Libraries: Gazebo drops massless links; MuJoCo refuses a moving body without mass.
     """
     for link in _moving(robot):
         if link.mass == 0.0:
             element = first(link.inertial, "mass")
-            yield Hit(element, f"link {link.name!r} has mass 0", "value")
+            yield Problem(element, f"link {link.name!r} has mass 0", "value")
 
 
-@check("I403", "inertial-missing", "inertia", "IIW")
-def inertial_missing(robot: Robot) -> Iterator[Hit]:
+@register("I403", "inertial-missing", "inertia", "IIW")
+def inertial_missing(robot: CheckedUrdf) -> Iterator[Problem]:
     """A link with geometry has no <inertial>.
 
     Why: Its weight is left out of every torque and every simulation.
 
-    Mend: Add mass, centre of mass and inertia.
+    Fix: Add mass, centre of mass and inertia.
 
     Libraries: Pinocchio and Drake take zero mass; Gazebo drops the link; PyBullet takes
     1 kg.
@@ -89,16 +91,16 @@ def inertial_missing(robot: Robot) -> Iterator[Hit]:
         if link.shapes and link.inertial is None:
             carried = any(j.moves for j in robot.joints_into.get(link.name, []))
             if carried:
-                yield Hit(link.element, f"link {link.name!r} has no <inertial>")
+                yield Problem(link.element, f"link {link.name!r} has no <inertial>")
 
 
-@check("I404", "inertia-not-positive", "inertia", "IIE")
-def inertia_not_positive(robot: Robot) -> Iterator[Hit]:
+@register("I404", "inertia-not-positive", "inertia", "IIE")
+def inertia_not_positive(robot: CheckedUrdf) -> Iterator[Problem]:
     """The inertia matrix is not positive definite.
 
     Why: Some rotation would need negative or no energy: no such body exists.
 
-    Mend: Recompute it; check signs of the products of inertia.
+    Fix: Recompute it; check signs of the products of inertia.
 
     Libraries: Drake replaces it by a guess (strict: refuses it); MuJoCo refuses it;
     Pinocchio accepts it.
@@ -110,16 +112,16 @@ def inertia_not_positive(robot: Robot) -> Iterator[Hit]:
         if moments[0] < 0.0 or (moments[0] == 0.0 and moments[2] > 0.0):
             element = first(link.inertial, "inertia")
             message = f"smallest principal moment is {moments[0]:.4g} kg m^2"
-            yield Hit(element, f"link {link.name!r}: {message}")
+            yield Problem(element, f"link {link.name!r}: {message}")
 
 
-@check("I405", "inertia-triangle", "inertia", "IIE")
-def inertia_triangle(robot: Robot) -> Iterator[Hit]:
+@register("I405", "inertia-triangle", "inertia", "IIE")
+def inertia_triangle(robot: CheckedUrdf) -> Iterator[Problem]:
     """One principal moment is larger than the sum of the other two.
 
     Why: No distribution of mass has such an inertia.
 
-    Mend: Recompute it: often one entry has a wrong exponent.
+    Fix: Recompute it: often one entry has a wrong exponent.
 
     Libraries: Drake and MuJoCo refuse it (balanceinertia mends it); Pinocchio and
     yourdfpy accept it.
@@ -132,16 +134,18 @@ def inertia_triangle(robot: Robot) -> Iterator[Hit]:
         if high > (low + mid) * (1.0 + TRIANGLE_TOLERANCE):
             element = first(link.inertial, "inertia")
             message = f"principal moments {low:.4g}, {mid:.4g}, {high:.4g}: the last"
-            yield Hit(element, f"link {link.name!r}: {message} exceeds the others' sum")
+            yield Problem(
+                element, f"link {link.name!r}: {message} exceeds the others' sum"
+            )
 
 
-@check("I406", "density-implausible", "inertia", "IIW")
-def density_implausible(robot: Robot) -> Iterator[Hit]:
+@register("I406", "density-implausible", "inertia", "IIW")
+def density_implausible(robot: CheckedUrdf) -> Iterator[Problem]:
     """The mass does not fit the size of the geometry.
 
     Why: Usual causes are grams for kilograms, or millimetres for metres.
 
-    Mend: Check the unit of the mass and of the geometry.
+    Fix: Check the unit of the mass and of the geometry.
     """
     for link in _moving(robot):
         extent, mass = link_extent(robot, link), link.mass
@@ -153,16 +157,16 @@ def density_implausible(robot: Robot) -> Iterator[Hit]:
         if not DENSITY_RANGE[0] <= density <= DENSITY_RANGE[1]:
             element = first(link.inertial, "mass")
             message = f"{mass:.4g} kg in {extent.volume:.3g} m^3: {density:.3g} kg/m^3"
-            yield Hit(element, f"link {link.name!r}: {message}", "value")
+            yield Problem(element, f"link {link.name!r}: {message}", "value")
 
 
-@check("I407", "centre-of-mass-outside", "inertia", "IIW")
-def centre_of_mass_outside(robot: Robot) -> Iterator[Hit]:
+@register("I407", "centre-of-mass-outside", "inertia", "IIW")
+def centre_of_mass_outside(robot: CheckedUrdf) -> Iterator[Problem]:
     """The centre of mass lies outside the link's geometry.
 
     Why: The usual causes are millimetres, or an origin in another frame.
 
-    Mend: Give it in the link's frame, in metres.
+    Fix: Give it in the link's frame, in metres.
     """
     for link in _moving(robot):
         extent = link_extent(robot, link)
@@ -174,16 +178,16 @@ def centre_of_mass_outside(robot: Robot) -> Iterator[Hit]:
             element = first(link.inertial, "origin")
             message = f"centre of mass is {away:.3g} m outside of its geometry"
             target = link.inertial if element is None else element
-            yield Hit(target, f"link {link.name!r}: {message}", "xyz")
+            yield Problem(target, f"link {link.name!r}: {message}", "xyz")
 
 
-@check("I408", "inertia-placeholder", "inertia", "IIW")
-def inertia_placeholder(robot: Robot) -> Iterator[Hit]:
+@register("I408", "inertia-placeholder", "inertia", "IIW")
+def inertia_placeholder(robot: CheckedUrdf) -> Iterator[Problem]:
     """The inertia is a placeholder: 1 1 1, or the same tiny number three times.
 
     Why: Simulations become sluggish or unstable.
 
-    Mend: Compute it from geometry and mass.
+    Fix: Compute it from geometry and mass.
     """
     for link in _moving(robot):
         tensor = tensor_of(link)
@@ -191,16 +195,16 @@ def inertia_placeholder(robot: Robot) -> Iterator[Hit]:
             continue
         if (tensor == np.eye(3)).all():
             element = first(link.inertial, "inertia")
-            yield Hit(element, f"link {link.name!r} has the unit matrix as inertia")
+            yield Problem(element, f"link {link.name!r} has the unit matrix as inertia")
 
 
-@check("I409", "inertia-zero", "inertia", "IIW")
-def inertia_zero(robot: Robot) -> Iterator[Hit]:
+@register("I409", "inertia-zero", "inertia", "IIW")
+def inertia_zero(robot: CheckedUrdf) -> Iterator[Problem]:
     """A link has mass but no inertia.
 
     Why: It resists no rotation; simulations divide by it.
 
-    Mend: Compute it from geometry and mass.
+    Fix: Compute it from geometry and mass.
 
     Libraries: MuJoCo and Drake refuse a moving body without inertia.
     """
@@ -208,17 +212,17 @@ def inertia_zero(robot: Robot) -> Iterator[Hit]:
         tensor = tensor_of(link)
         if tensor is not None and link.mass and not tensor.any():
             element = first(link.inertial, "inertia")
-            yield Hit(element, f"link {link.name!r} has mass but inertia 0")
+            yield Problem(element, f"link {link.name!r} has mass but inertia 0")
 
 
-@check("I410", "inertia-implausible", "inertia", "IIW")
-def inertia_implausible(robot: Robot) -> Iterator[Hit]:
+@register("I410", "inertia-implausible", "inertia", "IIW")
+def inertia_implausible(robot: CheckedUrdf) -> Iterator[Problem]:
     """The inertia is far too large or too small for mass and size.
 
     Why: The usual causes are units (g mm^2, kg mm^2) or the inertia about another
     point.
 
-    Mend: Give it in kg m^2 about the centre of mass.
+    Fix: Give it in kg m^2 about the centre of mass.
     """
     for link in _moving(robot):
         moments, mass = principal(link), link.mass
@@ -234,7 +238,7 @@ def inertia_implausible(robot: Robot) -> Iterator[Hit]:
             element = first(link.inertial, "inertia")
             size = f"{extent.diagonal:.3g} m"
             message = f"radius of gyration {radius:.3g} m on a link of {size}"
-            yield Hit(element, f"link {link.name!r}: {message}")
+            yield Problem(element, f"link {link.name!r}: {message}")
 
 
 def _fits(radius: float, extent: Extent, centre: Array) -> bool:

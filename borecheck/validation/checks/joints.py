@@ -8,9 +8,9 @@ from typing import Any
 from borecheck.robots.urdf.draft import first, number, numbers
 from borecheck.robots.urdf.rules import joints
 from borecheck.robots.urdf.source import children, tag_of
-from borecheck.validation.checks.ruled import hits
-from borecheck.validation.reading.draft import Robot
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.checks.ruled import problems
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
+from borecheck.validation.registry import Problem, register
 
 FAR_RATIO = 30.0  # times the robot's median joint origin
 FAR_M = 100.0
@@ -20,56 +20,56 @@ ROUNDED = 2e-6, 5e-3  # an angle this close to a multiple of 45 deg was meant to
 SMALLEST_M = 1e-3
 
 
-@check("J301", "type-unknown", "joints", "EEE")
-def type_unknown(robot: Robot) -> Iterator[Hit]:
+@register("J301", "type-unknown", "joints", "EEE")
+def type_unknown(robot: CheckedUrdf) -> Iterator[Problem]:
     """The joint type is none that URDF knows.
 
     Why: Parsers refuse the file or take the joint for a fixed one.
 
-    Mend: Use revolute, continuous, prismatic, fixed, floating or planar.
+    Fix: Use revolute, continuous, prismatic, fixed, floating or planar.
 
     Libraries: urdfdom and Pinocchio refuse the file; yourdfpy accepts any word.
     """
-    return hits(robot, joints.unknown_type)
+    return problems(robot, joints.unknown_type)
 
 
-@check("J302", "axis-zero", "joints", "EEE")
-def axis_zero(robot: Robot) -> Iterator[Hit]:
+@register("J302", "axis-zero", "joints", "EEE")
+def axis_zero(robot: CheckedUrdf) -> Iterator[Problem]:
     """The axis of a moving joint is 0 0 0.
 
     Why: There is no such rotation. Libraries load it all the same and place the links
     up to 180 deg apart.
 
-    Mend: Give the axis; for a joint that does not move use type="fixed".
+    Fix: Give the axis; for a joint that does not move use type="fixed".
 
     Libraries: Pinocchio yields rotations that are off; yourdfpy yields another pose;
     Drake and MuJoCo refuse the file.
     """
-    return hits(robot, joints.zero_axis)
+    return problems(robot, joints.zero_axis)
 
 
-@check("J303", "axis-not-unit", "joints", "WWW")
-def axis_not_unit(robot: Robot) -> Iterator[Hit]:
+@register("J303", "axis-not-unit", "joints", "WWW")
+def axis_not_unit(robot: CheckedUrdf) -> Iterator[Problem]:
     """The axis of a moving joint is not of length one.
 
     Why: Some libraries normalise it, others let the joint move by its length: a
     prismatic joint then goes elsewhere (an error), a revolute one may be skewed.
 
-    Mend: Divide the axis by its length (--fix does).
+    Fix: Divide the axis by its length (--fix does).
 
     Libraries: Pinocchio and urdfdom users normalise; yourdfpy multiplies a prismatic
     joint's position with the length.
     """
-    return hits(robot, joints.long_axis)
+    return problems(robot, joints.long_axis)
 
 
-@check("J304", "axis-missing", "joints", "WWW")
-def axis_missing(robot: Robot) -> Iterator[Hit]:
+@register("J304", "axis-missing", "joints", "WWW")
+def axis_missing(robot: CheckedUrdf) -> Iterator[Problem]:
     """A moving joint names no axis, so it is x.
 
     Why: The default is rarely what is meant, and nobody sees it in the file.
 
-    Mend: Write <axis xyz="1 0 0"/> if x is meant.
+    Fix: Write <axis xyz="1 0 0"/> if x is meant.
 
     Libraries: the default of URDF is x; SDF and some exporters mean z.
     """
@@ -79,16 +79,16 @@ def axis_missing(robot: Robot) -> Iterator[Hit]:
         axis = first(joint.element, "axis")
         if axis is None or "xyz" not in axis.attrib:
             element = joint.element if axis is None else axis
-            yield Hit(element, f"joint {joint.name!r} has no axis, so it is 1 0 0")
+            yield Problem(element, f"joint {joint.name!r} has no axis, so it is 1 0 0")
 
 
-@check("J314", "origin-far", "joints", "WWW")
-def origin_far(robot: Robot) -> Iterator[Hit]:
+@register("J314", "origin-far", "joints", "WWW")
+def origin_far(robot: CheckedUrdf) -> Iterator[Problem]:
     """An origin is far away compared with the rest of the robot.
 
     Why: The usual cause is one number in millimetres among metres.
 
-    Mend: Divide by 1000 if it is in millimetres; look for a slipped decimal point.
+    Fix: Divide by 1000 if it is in millimetres; look for a slipped decimal point.
     """
     steps = [
         math.hypot(*xyz)
@@ -107,48 +107,48 @@ def origin_far(robot: Robot) -> Iterator[Hit]:
             )
         else:
             continue
-        yield Hit(element, message, "xyz")
+        yield Problem(element, message, "xyz")
 
 
-@check("J315", "angle-in-degrees", "joints", "WWW")
-def angle_in_degrees(robot: Robot) -> Iterator[Hit]:
+@register("J315", "angle-in-degrees", "joints", "WWW")
+def angle_in_degrees(robot: CheckedUrdf) -> Iterator[Problem]:
     """A roll, pitch or yaw looks like degrees.
 
     Why: URDF angles are radians: 90 means 14 turns and a bit.
 
-    Mend: Multiply by pi / 180, if degrees were meant.
+    Fix: Multiply by pi / 180, if degrees were meant.
     """
     for element in _origins(robot):
         rpy = numbers(element, "rpy", 3)
         if rpy and any(abs(angle) > FULL_TURN for angle in rpy):
             worst = max(rpy, key=abs)
             message = f"rpy={element.get('rpy')!r} turns by {worst:g} rad: degrees?"
-            yield Hit(element, message, "rpy")
+            yield Problem(element, message, "rpy")
 
 
-@check("J325", "free-joint-inside", "joints", "WWW")
-def free_joint_inside(robot: Robot) -> Iterator[Hit]:
+@register("J325", "free-joint-inside", "joints", "WWW")
+def free_joint_inside(robot: CheckedUrdf) -> Iterator[Problem]:
     """A floating or planar joint carries a part of the robot only.
 
     Why: It has no single position, so where its links stand is not known; many
     libraries keep such joints fixed. One that carries the whole robot is placed by
     --base, or stands at its origin.
 
-    Mend: Replace it by prismatic and revolute joints, or by a fixed one.
+    Fix: Replace it by prismatic and revolute joints, or by a fixed one.
 
     Libraries: yourdfpy keeps floating and planar joints fixed, and a planar one shifts
     its indices of mimic joints; Pinocchio moves them; borecheck's checks refuse them.
     """
-    return hits(robot, joints.free_joints)
+    return problems(robot, joints.free_joints)
 
 
-@check("J329", "damping-negative", "joints", "IWE")
-def damping_negative(robot: Robot) -> Iterator[Hit]:
+@register("J329", "damping-negative", "joints", "IWE")
+def damping_negative(robot: CheckedUrdf) -> Iterator[Problem]:
     """Damping or friction is negative.
 
     Why: The joint would gain energy by moving.
 
-    Mend: Remove the sign.
+    Fix: Remove the sign.
 
     Libraries: MuJoCo and Drake refuse it; urdfdom accepts it.
     """
@@ -157,16 +157,16 @@ def damping_negative(robot: Robot) -> Iterator[Hit]:
         for attribute in ("damping", "friction"):
             value = number(dynamics, attribute)
             if value is not None and value < 0.0:
-                yield Hit(dynamics, f"{attribute}={value:g} is negative", attribute)
+                yield Problem(dynamics, f"{attribute}={value:g} is negative", attribute)
 
 
-@check("J332", "fixed-with-motion", "joints", "III")
-def fixed_with_motion(robot: Robot) -> Iterator[Hit]:
+@register("J332", "fixed-with-motion", "joints", "III")
+def fixed_with_motion(robot: CheckedUrdf) -> Iterator[Problem]:
     """A fixed joint has a limit that allows motion.
 
     Why: It may have been meant to move, or the limit is left over.
 
-    Mend: Remove the limit, or correct the type.
+    Fix: Remove the limit, or correct the type.
     """
     for joint in robot.joints:
         lower, upper = number(joint.limit, "lower"), number(joint.limit, "upper")
@@ -174,16 +174,16 @@ def fixed_with_motion(robot: Robot) -> Iterator[Hit]:
             continue
         if lower < upper:
             message = f"fixed joint {joint.name!r} has limits {lower:g} to {upper:g}"
-            yield Hit(joint.limit, message)
+            yield Problem(joint.limit, message)
 
 
-@check("J338", "angle-rounded", "joints", "III")
-def angle_rounded(robot: Robot) -> Iterator[Hit]:
+@register("J338", "angle-rounded", "joints", "III")
+def angle_rounded(robot: CheckedUrdf) -> Iterator[Problem]:
     """A roll, pitch or yaw is nearly, but not quite, a multiple of 45 degrees.
 
     Why: 1.57 instead of pi/2 turns everything after it by 0.8 mrad: 0.8 mm at 1 m.
 
-    Mend: Write all digits (1.5707963267948966), if the right angle is meant.
+    Fix: Write all digits (1.5707963267948966), if the right angle is meant.
     """
     worst, distance = None, ROUNDED[0]
     for joint in robot.joints:
@@ -194,7 +194,7 @@ def angle_rounded(robot: Robot) -> Iterator[Hit]:
             worst, distance = origin, off
     if worst is not None:
         message = f"rpy={worst.get('rpy')!r} is {distance:.2g} rad off a right angle"
-        yield Hit(worst, message, "rpy")
+        yield Problem(worst, message, "rpy")
 
 
 def _off_right(angle: float) -> float:
@@ -206,7 +206,7 @@ def _off_right(angle: float) -> float:
     return off if off < ROUNDED[1] else 0.0
 
 
-def _origins(robot: Robot) -> Iterator[Any]:
+def _origins(robot: CheckedUrdf) -> Iterator[Any]:
     """Origins of joints, visuals, collisions and inertials."""
     for joint in robot.joints:
         yield from children(joint.element, "origin")

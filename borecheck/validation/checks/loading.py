@@ -7,28 +7,28 @@ from borecheck.errors import BorecheckError, MeshError
 from borecheck.geometry.mesh_files.reading import MeshFile
 from borecheck.robots.parts import collision_parts, refuse_nothing
 from borecheck.robots.urdf.tree import build
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.mesh_reading import read_file
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.registry import Problem, register
 
 
-@check("G539", "check-refuses", "geometry", "IEI", "last")
-def check_refuses(robot: Robot) -> Iterator[Hit]:
+@register("G539", "check-refuses", "geometry", "IEI", "last")
+def check_refuses(robot: CheckedUrdf) -> Iterator[Problem]:
     """No link has geometry, or `borecheck check` refuses the robot for another reason.
 
     Why: No contact can be looked for. Asked only where no other finding is an error:
     with the profile `collision`, check refuses exactly the files that have an error.
 
-    Mend: Give the links <collision> (or <visual>) geometry.
+    Fix: Give the links <collision> (or <visual>) geometry.
     """
     if robot.holds_macros_only:
         return  # T201 tells of those
     problem = why_refused(robot)
     if problem is not None:
-        yield Hit(robot.root, f"borecheck check refuses it: {problem}")
+        yield Problem(robot.root, f"borecheck check refuses it: {problem}")
 
 
-def why_refused(robot: Robot) -> str | None:
+def why_refused(robot: CheckedUrdf) -> str | None:
     """What stops a check of this robot; meshes are looked at if they are to be read."""
 
     def read(path: Path) -> MeshFile:

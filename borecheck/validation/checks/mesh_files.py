@@ -10,10 +10,10 @@ from borecheck.robots.urdf.draft import DraftShape
 from borecheck.validation.checks.geometry import shapes, where_checked
 from borecheck.validation.checks.joints import origin_far
 from borecheck.validation.findings import Severity
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.extents import shape_extent
 from borecheck.validation.reading.mesh_reading import path_of, read_file
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.registry import Problem, register
 
 _NOT_FINITE = ("not finite", "beyond every room", "is no number")
 _INDEX = ("names a vertex", "names vertex")
@@ -25,7 +25,7 @@ UNIT_RATIOS = {1000.0: "millimetres", 25.4: "inches and millimetres", 39.37: "in
 UNIT_RATIOS |= {100.0: "centimetres"}
 
 
-def mesh_shapes(robot: Robot, *, scaled: bool = False) -> Iterator[DraftShape]:
+def mesh_shapes(robot: CheckedUrdf, *, scaled: bool = False) -> Iterator[DraftShape]:
     """One shape for each mesh file, the first that refers to it, collisions before.
 
     Args:
@@ -41,12 +41,12 @@ def mesh_shapes(robot: Robot, *, scaled: bool = False) -> Iterator[DraftShape]:
             yield shape
 
 
-def _rank(robot: Robot, shape: DraftShape) -> tuple[bool, bool]:
+def _rank(robot: CheckedUrdf, shape: DraftShape) -> tuple[bool, bool]:
     """What contacts are checked with comes first, collisions before visuals."""
     return where_checked(robot, shape) is not None, shape.kind != "collision"
 
 
-def _unreadable(robot: Robot) -> Iterator[tuple[DraftShape, str]]:
+def _unreadable(robot: CheckedUrdf) -> Iterator[tuple[DraftShape, str]]:
     for shape in mesh_shapes(robot):
         path = path_of(robot, shape)
         outcome = None if path is None else read_file(robot, path)
@@ -55,13 +55,13 @@ def _unreadable(robot: Robot) -> Iterator[tuple[DraftShape, str]]:
             yield shape, where + outcome.problem
 
 
-@check("G505", "mesh-unreadable", "geometry", "WEE", "meshes")
-def mesh_unreadable(robot: Robot) -> Iterator[Hit]:
+@register("G505", "mesh-unreadable", "geometry", "WEE", "meshes")
+def mesh_unreadable(robot: CheckedUrdf) -> Iterator[Problem]:
     """A mesh file holds no mesh: a Git LFS pointer, an HTML page, a cut or empty file.
 
     Why: The link has no geometry then: nothing can touch it.
 
-    Mend: Fetch the real file (git lfs pull), or export it again.
+    Fix: Fetch the real file (git lfs pull), or export it again.
 
     Libraries: Pinocchio and Drake stop; yourdfpy and PyBullet warn and leave it out.
     """
@@ -71,13 +71,13 @@ def mesh_unreadable(robot: Robot) -> Iterator[Hit]:
             yield _bad_mesh(robot, shape, problem)
 
 
-@check("G507", "mesh-not-finite", "geometry", "WEE", "meshes")
-def mesh_not_finite(robot: Robot) -> Iterator[Hit]:
+@register("G507", "mesh-not-finite", "geometry", "WEE", "meshes")
+def mesh_not_finite(robot: CheckedUrdf) -> Iterator[Problem]:
     """A mesh has a vertex that is not a finite number.
 
     Why: Every comparison with NaN is false: contacts with that triangle are missed.
 
-    Mend: Export the mesh again.
+    Fix: Export the mesh again.
 
     Libraries: Coal and trimesh load it in silence.
     """
@@ -86,27 +86,27 @@ def mesh_not_finite(robot: Robot) -> Iterator[Hit]:
             yield _bad_mesh(robot, shape, problem)
 
 
-@check("G508", "mesh-index", "geometry", "WEE", "meshes")
-def mesh_index(robot: Robot) -> Iterator[Hit]:
+@register("G508", "mesh-index", "geometry", "WEE", "meshes")
+def mesh_index(robot: CheckedUrdf) -> Iterator[Problem]:
     """A triangle of a mesh names a vertex that is not there.
 
     Why: Libraries crash, skip the triangle or read foreign memory.
 
-    Mend: Export the mesh again.
+    Fix: Export the mesh again.
     """
     for shape, problem in _unreadable(robot):
         if any(words in problem for words in _INDEX):
             yield _bad_mesh(robot, shape, problem)
 
 
-@check("G512", "mesh-unit", "geometry", "WWW", "meshes")
-def mesh_unit(robot: Robot) -> Iterator[Hit]:
+@register("G512", "mesh-unit", "geometry", "WWW", "meshes")
+def mesh_unit(robot: CheckedUrdf) -> Iterator[Problem]:
     """The size of a mesh does not fit the robot.
 
     Why: A mesh in millimetres taken as metres is a thousand times too large, or the
     other way round; STL, OBJ and PLY files do not say their unit.
 
-    Mend: Write scale="0.001 0.001 0.001" for a mesh in millimetres.
+    Fix: Write scale="0.001 0.001 0.001" for a mesh in millimetres.
 
     Libraries: every library takes the numbers as metres.
     """
@@ -122,10 +122,12 @@ def mesh_unit(robot: Robot) -> Iterator[Hit]:
         size = f"the mesh is {longest:.3g} m long, the robot {robot.size:.3g} m"
         if ratio > LARGE_RATIO and longest > 5.0:
             hint = _scale_hint(shape, 1e-3)
-            yield Hit(shape.shape, f"{size}: millimetres?", "scale", hint=hint)
+            yield Problem(shape.shape, f"{size}: millimetres?", "scale", hint=hint)
         elif 0.0 < ratio < SMALL_RATIO:
             hint = _scale_hint(shape, 1e3)
-            yield Hit(shape.shape, f"{size}: scaled down twice?", "scale", hint=hint)
+            yield Problem(
+                shape.shape, f"{size}: scaled down twice?", "scale", hint=hint
+            )
 
 
 def _apart(size: float, reference: float) -> float:
@@ -133,13 +135,13 @@ def _apart(size: float, reference: float) -> float:
     return abs(math.log(size / max(reference, 1e-3)))
 
 
-@check("G513", "mesh-unit-pair", "geometry", "WWW", "meshes")
-def mesh_unit_pair(robot: Robot) -> Iterator[Hit]:
+@register("G513", "mesh-unit-pair", "geometry", "WWW", "meshes")
+def mesh_unit_pair(robot: CheckedUrdf) -> Iterator[Problem]:
     """Visual and collision of a link differ in size by the ratio of two units.
 
     Why: One of them is in another unit; what is seen is not what is checked.
 
-    Mend: Correct the scale of the wrong one.
+    Fix: Correct the scale of the wrong one.
     """
     for link in robot.links:
         sizes: dict[str, float] = {}
@@ -158,17 +160,17 @@ def mesh_unit_pair(robot: Robot) -> Iterator[Hit]:
                 other = min(sizes, key=lambda kind: _apart(sizes[kind], robot.size))
                 word = "larger" if sizes[wrong] > sizes[other] else "smaller"
                 text = f"the {wrong} is {ratio:.4g} times {word} than the {other}"
-                yield Hit(link.of_kind(wrong)[0].shape, f"{text}: {unit}?", "scale")
+                yield Problem(link.of_kind(wrong)[0].shape, f"{text}: {unit}?", "scale")
                 break
 
 
-@check("G538", "mesh-scale-pair", "geometry", "WWW")
-def mesh_scale_pair(robot: Robot) -> Iterator[Hit]:
+@register("G538", "mesh-scale-pair", "geometry", "WWW")
+def mesh_scale_pair(robot: CheckedUrdf) -> Iterator[Problem]:
     """The same mesh file has another scale as collision than as visual.
 
     Why: What is checked has another size, or is the mirror image, of what is drawn.
 
-    Mend: Give both the same scale; to check with a margin, give a margin to the check.
+    Fix: Give both the same scale; to check with a margin, give a margin to the check.
     """
     for link in robot.links:
         drawn = {shape.filename: shape for shape in link.of_kind("visual")}
@@ -179,21 +181,21 @@ def mesh_scale_pair(robot: Robot) -> Iterator[Hit]:
             ratios = [a / b for a, b in zip(shape.scale, other.scale, strict=True)]
             if min(ratios) < 1.0 / MARGIN_RATIO or max(ratios) > MARGIN_RATIO:
                 scales = f"{_numbers(shape.scale)}, drawn with {_numbers(other.scale)}"
-                yield Hit(shape.shape, f"scale {scales}", "scale")
+                yield Problem(shape.shape, f"scale {scales}", "scale")
 
 
 def _numbers(values: Sequence[float]) -> str:
     return " ".join(f"{value:g}" for value in values)
 
 
-@check("G514", "collada-unit", "geometry", "III", "meshes")
-def collada_unit(robot: Robot) -> Iterator[Hit]:
+@register("G514", "collada-unit", "geometry", "III", "meshes")
+def collada_unit(robot: CheckedUrdf) -> Iterator[Problem]:
     """A Collada file is not in metres, or its up axis is not z.
 
     Why: Every loader treats unit and up axis differently, so the same file has another
     size or stands upright in one tool and lies down in the next.
 
-    Mend: Export it again in metres with z up.
+    Fix: Export it again in metres with z up.
 
     Libraries: RViz and assimp apply the unit, some tools ignore it; trimesh, borecheck
     and Gazebo apply the unit; RViz ignores the up axis, assimp turns it.
@@ -211,12 +213,12 @@ def collada_unit(robot: Robot) -> Iterator[Hit]:
         if metres != 1.0 or up != "Z_UP":
             level = Severity.WARNING if metres != 1.0 else None
             message = f"{path.name}: unit {metres:g} m, up axis {up}"
-            yield Hit(shape.shape, message, "filename", level)
+            yield Problem(shape.shape, message, "filename", level)
 
 
-def _bad_mesh(robot: Robot, shape: DraftShape, problem: str) -> Hit:
+def _bad_mesh(robot: CheckedUrdf, shape: DraftShape, problem: str) -> Problem:
     message = f"{shape.filename!r}: {problem}"
-    return Hit(shape.shape, message, "filename", where_checked(robot, shape))
+    return Problem(shape.shape, message, "filename", where_checked(robot, shape))
 
 
 def _scale_hint(shape: DraftShape, factor: float) -> str:

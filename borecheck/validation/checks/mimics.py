@@ -5,14 +5,14 @@ from collections.abc import Iterator
 from borecheck.robots.urdf import mimic as chains
 from borecheck.robots.urdf.draft import DraftJoint
 from borecheck.robots.urdf.rules import joints
-from borecheck.validation.checks.ruled import hits
-from borecheck.validation.reading.draft import Robot
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.checks.ruled import problems
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
+from borecheck.validation.registry import Problem, register
 
 _TOLERANCE = 1e-6  # limits typed with six digits
 
 
-def _followers(robot: Robot) -> Iterator[tuple[DraftJoint, DraftJoint]]:
+def _followers(robot: CheckedUrdf) -> Iterator[tuple[DraftJoint, DraftJoint]]:
     """Each mimic joint with the joint it names, where that exists and is another."""
     for joint in robot.joints:
         if joint.mimic is not None and joint.mimic.joint != joint.name:
@@ -21,39 +21,39 @@ def _followers(robot: Robot) -> Iterator[tuple[DraftJoint, DraftJoint]]:
                 yield joint, leader
 
 
-@check("J316", "mimic-missing", "joints", "EEE")
-def mimic_missing(robot: Robot) -> Iterator[Hit]:
+@register("J316", "mimic-missing", "joints", "EEE")
+def mimic_missing(robot: CheckedUrdf) -> Iterator[Problem]:
     """A joint mimics a joint that does not exist.
 
     Why: Where the follower goes is undefined.
 
-    Mend: Correct the name.
+    Fix: Correct the name.
 
     Libraries: Pinocchio and urdfdom accept it; yourdfpy crashes or ignores it.
     """
-    return hits(robot, joints.missing_leaders)
+    return problems(robot, joints.missing_leaders)
 
 
-@check("J317", "mimic-cycle", "joints", "EEE")
-def mimic_cycle(robot: Robot) -> Iterator[Hit]:
+@register("J317", "mimic-cycle", "joints", "EEE")
+def mimic_cycle(robot: CheckedUrdf) -> Iterator[Problem]:
     """Mimic joints follow each other in a circle, or one follows itself.
 
     Why: No joint of the circle is free, so none has a position.
 
-    Mend: Let one joint of the circle be free.
+    Fix: Let one joint of the circle be free.
 
     Libraries: Pinocchio and urdfdom accept it; some parsers never return.
     """
-    return hits(robot, joints.mimic_cycles)
+    return problems(robot, joints.mimic_cycles)
 
 
-@check("J318", "mimic-chain", "joints", "WWW")
-def mimic_chain(robot: Robot) -> Iterator[Hit]:
+@register("J318", "mimic-chain", "joints", "WWW")
+def mimic_chain(robot: CheckedUrdf) -> Iterator[Problem]:
     """A joint mimics a joint that mimics another one.
 
     Why: The meaning is clear, but most libraries get it wrong.
 
-    Mend: Let it mimic the free joint directly, with the composed factor and offset.
+    Fix: Let it mimic the free joint directly, with the composed factor and offset.
 
     Libraries: Pinocchio refuses chains with mimic=True and ignores mimic without;
     yourdfpy takes the middle joint for zero; borecheck resolves chains.
@@ -62,7 +62,7 @@ def mimic_chain(robot: Robot) -> Iterator[Hit]:
     for joint, leader in _followers(robot):
         if leader.mimic is not None and joint.name in follows:
             free, multiplier, offset = follows[joint.name]
-            yield Hit(
+            yield Problem(
                 joint.mimic_element,
                 f"mimics {leader.name!r}, which mimics {leader.mimic.joint!r}",
                 "joint",
@@ -71,30 +71,30 @@ def mimic_chain(robot: Robot) -> Iterator[Hit]:
             )
 
 
-@check("J319", "mimic-fixed-leader", "joints", "WWW")
-def mimic_fixed_leader(robot: Robot) -> Iterator[Hit]:
+@register("J319", "mimic-fixed-leader", "joints", "WWW")
+def mimic_fixed_leader(robot: CheckedUrdf) -> Iterator[Problem]:
     """A joint mimics a fixed joint.
 
     Why: A fixed joint has no position: the follower stays at its offset, or the file is
     refused.
 
-    Mend: Correct the leader, or make the follower fixed.
+    Fix: Correct the leader, or make the follower fixed.
 
     Libraries: yourdfpy takes 0; Pinocchio with mimic=True refuses the file.
     """
     for joint, leader in _followers(robot):
         if leader.type == "fixed":
             message = f"mimics {leader.name!r}, which is fixed"
-            yield Hit(joint.mimic_element, message, "joint")
+            yield Problem(joint.mimic_element, message, "joint")
 
 
-@check("J320", "mimic-type-mix", "joints", "WWW")
-def mimic_type_mix(robot: Robot) -> Iterator[Hit]:
+@register("J320", "mimic-type-mix", "joints", "WWW")
+def mimic_type_mix(robot: CheckedUrdf) -> Iterator[Problem]:
     """A rotating joint mimics a sliding one, or the other way round.
 
     Why: The multiplier then has a unit (rad/m), which is easily forgotten.
 
-    Mend: Check the multiplier; silence the finding if it is meant (a lead screw).
+    Fix: Check the multiplier; silence the finding if it is meant (a lead screw).
 
     Libraries: some refuse a mix of joint types.
     """
@@ -105,17 +105,17 @@ def mimic_type_mix(robot: Robot) -> Iterator[Hit]:
             message = (
                 f"{joint.type} joint mimics the {leader.type} joint {leader.name!r}"
             )
-            yield Hit(joint.mimic_element, message, "joint")
+            yield Problem(joint.mimic_element, message, "joint")
 
 
-@check("J321", "mimic-outside-limits", "joints", "WWW")
-def mimic_outside_limits(robot: Robot) -> Iterator[Hit]:
+@register("J321", "mimic-outside-limits", "joints", "WWW")
+def mimic_outside_limits(robot: CheckedUrdf) -> Iterator[Problem]:
     """Following its leader, a joint leaves its own limits.
 
     Why: Either the limits or the multiplier are wrong; some libraries clip the
     follower, which breaks the mechanism.
 
-    Mend: Widen the follower's limits to multiplier * leader + offset, or correct the
+    Fix: Widen the follower's limits to multiplier * leader + offset, or correct the
     multiplier's sign.
     """
     for joint, leader in _followers(robot):
@@ -133,16 +133,16 @@ def mimic_outside_limits(robot: Robot) -> Iterator[Hit]:
                 f"goes from {min(ends):.6g} to {max(ends):.6g}, but its limits are "
                 f"{low:g} to {high:g}"
             )
-            yield Hit(joint.mimic_element, message)
+            yield Problem(joint.mimic_element, message)
 
 
-@check("J322", "mimic-leader-later", "joints", "III")
-def mimic_leader_later(robot: Robot) -> Iterator[Hit]:
+@register("J322", "mimic-leader-later", "joints", "III")
+def mimic_leader_later(robot: CheckedUrdf) -> Iterator[Problem]:
     """The followed joint comes after its follower in the file.
 
     Why: Parsers that read in one pass do not know it yet.
 
-    Mend: Move the leader before the follower.
+    Fix: Move the leader before the follower.
 
     Libraries: some one-pass parsers refuse or ignore such a mimic.
     """
@@ -150,30 +150,32 @@ def mimic_leader_later(robot: Robot) -> Iterator[Hit]:
     for joint, leader in _followers(robot):
         if order[leader.name] > order[joint.name]:
             message = f"mimics {leader.name!r}, which comes later in the file"
-            yield Hit(joint.mimic_element, message, "joint")
+            yield Problem(joint.mimic_element, message, "joint")
 
 
-@check("J323", "mimic-multiplier-zero", "joints", "WWW")
-def mimic_multiplier_zero(robot: Robot) -> Iterator[Hit]:
+@register("J323", "mimic-multiplier-zero", "joints", "WWW")
+def mimic_multiplier_zero(robot: CheckedUrdf) -> Iterator[Problem]:
     """The multiplier of a mimic joint is zero.
 
     Why: The joint then never moves.
 
-    Mend: Correct the multiplier, or make the joint fixed.
+    Fix: Correct the multiplier, or make the joint fixed.
     """
     for joint in robot.joints:
         if joint.mimic is not None and joint.mimic.multiplier == 0.0:
-            yield Hit(joint.mimic_element, "multiplier is 0", "multiplier")
+            yield Problem(joint.mimic_element, "multiplier is 0", "multiplier")
 
 
-@check("J324", "mimic-on-fixed", "joints", "WWW")
-def mimic_on_fixed(robot: Robot) -> Iterator[Hit]:
+@register("J324", "mimic-on-fixed", "joints", "WWW")
+def mimic_on_fixed(robot: CheckedUrdf) -> Iterator[Problem]:
     """A fixed joint mimics another joint.
 
     Why: It cannot follow anything; perhaps its type is wrong.
 
-    Mend: Correct the type, or remove <mimic>.
+    Fix: Correct the type, or remove <mimic>.
     """
     for joint in robot.joints:
         if joint.type == "fixed" and joint.mimic_element is not None:
-            yield Hit(joint.mimic_element, f"fixed joint {joint.name!r} has a mimic")
+            yield Problem(
+                joint.mimic_element, f"fixed joint {joint.name!r} has a mimic"
+            )

@@ -17,9 +17,9 @@ from borecheck.robots.description import hook
 from borecheck.robots.urdf.draft import DraftJoint, Vector, placement
 from borecheck.validation.checks.running import TOLERANCE, gap
 from borecheck.validation.findings import Finding
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.motion import Motion, motion_of
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.registry import Problem, register
 
 NAMED = 5  # so many names are listed
 
@@ -58,14 +58,14 @@ class ClosedForm:
         )
 
 
-@check("K602", "closed-form-disagrees", "kinematics", "EEE")
-def closed_form_disagrees(robot: Robot) -> Iterator[Hit]:
+@register("K602", "closed-form-disagrees", "kinematics", "EEE")
+def closed_form_disagrees(robot: CheckedUrdf) -> Iterator[Problem]:
     """The analytic model places a frame elsewhere than the URDF.
 
     Why: The two were written down separately; one of them has a wrong number, sign or
     axis. No URDF parser can see this.
 
-    Mend: Compare both with the drawing at the named frame.
+    Fix: Compare both with the drawing at the named frame.
     """
     closed_form, motion = robot.options.closed_form, motion_of(robot)
     if closed_form is None or motion is None:
@@ -82,21 +82,23 @@ def closed_form_disagrees(robot: Robot) -> Iterator[Hit]:
             worst[frame] = max(worst.get(frame, found), found)
     if strange or not worst:
         names = ", ".join(map(repr, sorted(strange))) or "none"
-        yield Hit(robot.root, f"frames of the closed form that are no links: {names}")
+        yield Problem(
+            robot.root, f"frames of the closed form that are no links: {names}"
+        )
     for frame, (size, distance, angle) in worst.items():
         if size > TOLERANCE * max(1.0, robot.size):
             message = f"frame {frame!r} is {distance:.3g} m and {angle:.3g} rad away"
-            yield Hit(robot.link_named[frame].element, message)
+            yield Problem(robot.link_named[frame].element, message)
 
 
-@check("K614", "reference-differs", "kinematics", "EEE")
-def reference_differs(robot: Robot) -> Iterator[Hit]:
+@register("K614", "reference-differs", "kinematics", "EEE")
+def reference_differs(robot: CheckedUrdf) -> Iterator[Problem]:
     """The robot moves differently from the reference file.
 
     Why: A new export with a flipped axis, a shifted origin or other limits is a sound
     file; the arm then stands elsewhere than everything that was checked with the old.
 
-    Mend: Correct the joint, or take the new file as the reference if it is meant.
+    Fix: Correct the joint, or take the new file as the reference if it is meant.
     """
     motion = motion_of(robot)
     if robot.options.reference is None or motion is None:
@@ -117,10 +119,10 @@ def reference_differs(robot: Robot) -> Iterator[Hit]:
             if link in apart and not said:
                 said = [f"the link stands {apart[link]:.3g} m or rad away"]
             if said:
-                yield Hit(joint.element, f"joint {joint.name!r}: {'; '.join(said)}")
+                yield Problem(joint.element, f"joint {joint.name!r}: {'; '.join(said)}")
 
 
-def _reference(robot: Robot) -> Robot:
+def _reference(robot: CheckedUrdf) -> CheckedUrdf:
     from borecheck.validation.load import load_file
 
     path = robot.options.reference
@@ -132,7 +134,7 @@ def _reference(robot: Robot) -> Robot:
     return found
 
 
-def _other_links(robot: Robot, other: Robot) -> Iterator[Hit]:
+def _other_links(robot: CheckedUrdf, other: CheckedUrdf) -> Iterator[Problem]:
     """Links that only one of the files has."""
     for one, two, text in (
         (robot, other, "links that the reference has not"),
@@ -142,7 +144,7 @@ def _other_links(robot: Robot, other: Robot) -> Iterator[Hit]:
         if names:
             more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
             listed = ", ".join(repr(name) for name in names[:NAMED])
-            yield Hit(robot.root, f"{text}: {listed}{more}")
+            yield Problem(robot.root, f"{text}: {listed}{more}")
 
 
 def _differences(joint: DraftJoint, other: DraftJoint) -> Iterator[str]:
@@ -176,7 +178,7 @@ def _follows(joint: DraftJoint) -> str:
     return f"is {mimic.multiplier:g} x {mimic.joint} + {mimic.offset:g}"
 
 
-def _apart(robot: Robot, motion: Motion, other: Motion) -> dict[str, float]:
+def _apart(robot: CheckedUrdf, motion: Motion, other: Motion) -> dict[str, float]:
     """Links that stand elsewhere relative to their parents, and how far at most."""
     worst: dict[str, float] = {}
     parents = {link: joint.parent or "" for link, joint, _ in motion.steps}

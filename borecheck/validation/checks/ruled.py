@@ -1,17 +1,17 @@
-"""What the rules of the one judge find, as hits of checks."""
+"""What the rules of the one judge find, as problems of checks."""
 
 from collections.abc import Callable, Iterator
 
 from borecheck.robots.urdf.draft import UrdfDraft
-from borecheck.robots.urdf.rules.problem import Problem
+from borecheck.robots.urdf.rules.defect import Defect
 from borecheck.validation.findings import Severity
-from borecheck.validation.reading.draft import Robot
-from borecheck.validation.registry import Hit
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
+from borecheck.validation.registry import Problem
 
-Rule = Callable[[UrdfDraft], Iterator[Problem]]
+Rule = Callable[[UrdfDraft], Iterator[Defect]]
 
 
-def hits(robot: Robot, rule: Rule) -> Iterator[Hit]:
+def problems(robot: CheckedUrdf, rule: Rule) -> Iterator[Problem]:
     """The problems of one rule.
 
     What stops a check is an error whatever the profile. What does not has the check's
@@ -20,6 +20,6 @@ def hits(robot: Robot, rule: Rule) -> Iterator[Hit]:
     harmless = None if robot.options.profile == "dynamics" else Severity.WARNING
     for problem in rule(robot):
         level = Severity.ERROR if problem.stops else harmless
-        yield Hit(
+        yield Problem(
             problem.element, problem.message, problem.attribute, level, problem.hint
         )

@@ -11,10 +11,10 @@ import numpy as np
 from borecheck.core.se3 import Array, rotation_angle
 from borecheck.validation.checks.limits import UNLIMITED_FROM
 from borecheck.validation.findings import Severity
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.mesh_reading import resolution_of
 from borecheck.validation.reading.motion import motion_of
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.registry import Problem, register
 
 if TYPE_CHECKING:
     from subprocess import Popen
@@ -26,8 +26,8 @@ FRAMES = ("pinocchio", "yourdfpy")  # the libraries that place links
 _MODULE = "borecheck.validation.reading.libraries"
 
 
-def start_voices(robot: Robot) -> None:
-    """Starts the libraries in a process of their own; `voices_of` awaits them."""
+def start_libraries(robot: CheckedUrdf) -> None:
+    """Starts the libraries in a process of their own; `answers_of` awaits them."""
     import subprocess  # slow to import, and not needed for quick checks
 
     from lxml import etree
@@ -40,7 +40,7 @@ def start_voices(robot: Robot) -> None:
     request = {
         "text": etree.tostring(_with_places(robot), encoding="unicode"),
         "configurations": configurations,
-        "voices": [*FRAMES, *(["geometry"] if robot.options.load_meshes else [])],
+        "libraries": [*FRAMES, *(["geometry"] if robot.options.load_meshes else [])],
     }
     process = subprocess.Popen(
         [sys.executable, "-m", _MODULE],
@@ -50,20 +50,20 @@ def start_voices(robot: Robot) -> None:
         text=True,
     )
     robot.memory["configurations"] = configurations
-    robot.memory["voices"] = (process, json.dumps(request))
+    robot.memory["libraries"] = (process, json.dumps(request))
 
 
-def voices_of(robot: Robot) -> dict[str, Any]:
+def answers_of(robot: CheckedUrdf) -> dict[str, Any]:
     """What Pinocchio and yourdfpy said; each with frames or an error."""
     if "answer" not in robot.memory:
-        if "voices" not in robot.memory:
-            start_voices(robot)
-        robot.memory["answer"] = _await(*robot.memory["voices"])
+        if "libraries" not in robot.memory:
+            start_libraries(robot)
+        robot.memory["answer"] = _await(*robot.memory["libraries"])
     found: dict[str, Any] = robot.memory["answer"]
     return found
 
 
-def _with_places(robot: Robot) -> Any:
+def _with_places(robot: CheckedUrdf) -> Any:
     """The robot with its mesh files by their absolute paths, as all libraries read."""
     if not robot.options.load_meshes:
         return robot.root
@@ -90,7 +90,7 @@ def _await(process: "Popen[str]", request: str) -> dict[str, Any]:
     said: dict[str, Any] = {}
     for line in answer.splitlines():
         said |= json.loads(line)
-    for name in json.loads(request)["voices"]:
+    for name in json.loads(request)["libraries"]:
         said.setdefault(name, {"error": problem})
     reason = [line for line in noise.splitlines() if line.startswith("Error:")]
     if reason and "error" in said["pinocchio"]:
@@ -98,14 +98,14 @@ def _await(process: "Popen[str]", request: str) -> dict[str, Any]:
     return said
 
 
-@check("K601", "kinematics-disagree", "kinematics", "EEE", "run")
-def kinematics_disagree(robot: Robot) -> Iterator[Hit]:
+@register("K601", "kinematics-disagree", "kinematics", "EEE", "run")
+def kinematics_disagree(robot: CheckedUrdf) -> Iterator[Problem]:
     """Libraries place the links differently.
 
     Why: What is planned with one library is driven elsewhere by the other. A known
     cause in a library makes this a warning: the file itself is sound.
 
-    Mend: Look at the named cause; if there is none, send the file to the library.
+    Fix: Look at the named cause; if there is none, send the file to the library.
 
     Libraries: yourdfpy takes mimic chains for zero and shifts mimic indices after a
     planar or floating joint; Pinocchio ignores mimic joints unless asked.
@@ -115,7 +115,7 @@ def kinematics_disagree(robot: Robot) -> Iterator[Hit]:
         return
     configurations = robot.memory.get("configurations") or _configurations(robot)
     expected = [motion.placements(positions) for positions in configurations]
-    for library, said in voices_of(robot).items():
+    for library, said in answers_of(robot).items():
         if library not in FRAMES or "frames" not in said:
             continue
         worst = _worst(expected, said["frames"], motion.root)
@@ -132,90 +132,90 @@ def kinematics_disagree(robot: Robot) -> Iterator[Hit]:
             f"(configuration {index} of seed {robot.options.seed}); "
             f"cause: {cause or 'not known'}"
         )
-        yield Hit(robot.link_named[link].element, message, None, level)
+        yield Problem(robot.link_named[link].element, message, None, level)
 
 
-@check("K608", "pinocchio-refuses", "kinematics", "WWE", "run")
-def pinocchio_refuses(robot: Robot) -> Iterator[Hit]:
+@register("K608", "pinocchio-refuses", "kinematics", "WWE", "run")
+def pinocchio_refuses(robot: CheckedUrdf) -> Iterator[Problem]:
     """Pinocchio cannot load the robot.
 
     Why: Whoever uses it cannot use this file. borecheck's own checks hand it the joints
     only, so what it dislikes about the rest does not stop them.
 
-    Mend: See the other findings; Pinocchio seldom says the reason.
+    Fix: See the other findings; Pinocchio seldom says the reason.
     """
-    said = voices_of(robot)["pinocchio"]
+    said = answers_of(robot)["pinocchio"]
     if "error" in said and not robot.holds_macros_only:
-        yield Hit(robot.root, f"Pinocchio: {said['error']}")
+        yield Problem(robot.root, f"Pinocchio: {said['error']}")
 
 
-@check("K609", "yourdfpy-refuses", "kinematics", "WWW", "run")
-def yourdfpy_refuses(robot: Robot) -> Iterator[Hit]:
+@register("K609", "yourdfpy-refuses", "kinematics", "WWW", "run")
+def yourdfpy_refuses(robot: CheckedUrdf) -> Iterator[Problem]:
     """The library yourdfpy cannot load the robot.
 
     Why: Whoever uses it cannot use this file.
 
-    Mend: See the other findings.
+    Fix: See the other findings.
     """
-    said = voices_of(robot)["yourdfpy"]
+    said = answers_of(robot)["yourdfpy"]
     if "error" in said and not robot.holds_macros_only:
-        yield Hit(robot.root, f"yourdfpy: {said['error']}")
+        yield Problem(robot.root, f"yourdfpy: {said['error']}")
 
 
-@check("K611", "pinocchio-geometry-refuses", "kinematics", "WWW", "run")
-def pinocchio_geometry_refuses(robot: Robot) -> Iterator[Hit]:
+@register("K611", "pinocchio-geometry-refuses", "kinematics", "WWW", "run")
+def pinocchio_geometry_refuses(robot: CheckedUrdf) -> Iterator[Problem]:
     """Pinocchio and Coal cannot load the collision geometry (with --load-meshes).
 
     Why: Whoever checks contacts with them has no geometry.
 
-    Mend: See the other findings; else export the mesh again, as binary STL.
+    Fix: See the other findings; else export the mesh again, as binary STL.
     """
-    said = voices_of(robot).get("geometry", {})
-    if "error" in said and "error" not in voices_of(robot)["pinocchio"]:
-        yield Hit(robot.root, f"Pinocchio: {said['error']}")
+    said = answers_of(robot).get("geometry", {})
+    if "error" in said and "error" not in answers_of(robot)["pinocchio"]:
+        yield Problem(robot.root, f"Pinocchio: {said['error']}")
 
 
-@check("K615", "loading-effort", "kinematics", "III", "run")
-def loading_effort(robot: Robot) -> Iterator[Hit]:
+@register("K615", "loading-effort", "kinematics", "III", "run")
+def loading_effort(robot: CheckedUrdf) -> Iterator[Problem]:
     """What loading the robot takes in time and memory (with --load-meshes).
 
     Why: A program that loads it on every start should know.
 
-    Mend: Nothing, unless it is too much: simplify the collision meshes.
+    Fix: Nothing, unless it is too much: simplify the collision meshes.
     """
     if not robot.options.load_meshes:
         return
-    for library, said in voices_of(robot).items():
+    for library, said in answers_of(robot).items():
         if "error" not in said:
             shapes = f" {said['shapes']} shapes," if "shapes" in said else ""
             mega = said["bytes"] / 1e6
             text = f"{library}:{shapes} {said['seconds']:.2g} s, {mega:.0f} MB at most"
-            yield Hit(robot.root, text)
+            yield Problem(robot.root, text)
 
 
-@check("K612", "pinocchio-refuses-mimic", "kinematics", "III", "run")
-def pinocchio_refuses_mimic(robot: Robot) -> Iterator[Hit]:
+@register("K612", "pinocchio-refuses-mimic", "kinematics", "III", "run")
+def pinocchio_refuses_mimic(robot: CheckedUrdf) -> Iterator[Problem]:
     """Pinocchio refuses the robot when it is asked to respect mimic joints.
 
     Why: It then has to be built with free followers, which must be set by hand.
 
-    Mend: Nothing in the file, if chains or fixed leaders are meant; borecheck resolves
+    Fix: Nothing in the file, if chains or fixed leaders are meant; borecheck resolves
     them by itself.
 
     Libraries: Pinocchio with mimic=True refuses chains and some joint types.
     """
-    said = voices_of(robot)["pinocchio"]
+    said = answers_of(robot)["pinocchio"]
     if said.get("mimic"):
-        yield Hit(robot.root, f"Pinocchio with mimic=True: {said['mimic']}")
+        yield Problem(robot.root, f"Pinocchio with mimic=True: {said['mimic']}")
 
 
-@check("K610", "joint-moves-nothing", "kinematics", "III")
-def joint_moves_nothing(robot: Robot) -> Iterator[Hit]:
+@register("K610", "joint-moves-nothing", "kinematics", "III")
+def joint_moves_nothing(robot: CheckedUrdf) -> Iterator[Problem]:
     """A joint moves no geometry.
 
     Why: Perhaps the geometry hangs on the wrong link, or is missing.
 
-    Mend: Nothing, if it carries plain frames only.
+    Fix: Nothing, if it carries plain frames only.
     """
     if not any(link.shapes for link in robot.links):
         return
@@ -228,11 +228,11 @@ def joint_moves_nothing(robot: Robot) -> Iterator[Hit]:
         if ends & set(below):
             continue
         if not any(robot.link_named[name].shapes for name in below):
-            yield Hit(joint.element, f"joint {joint.name!r} moves no geometry")
+            yield Problem(joint.element, f"joint {joint.name!r} moves no geometry")
 
 
-def _configurations(robot: Robot) -> list[dict[str, float]]:
-    voices_of(robot)
+def _configurations(robot: CheckedUrdf) -> list[dict[str, float]]:
+    answers_of(robot)
     found: list[dict[str, float]] = robot.memory["configurations"]
     return found
 
@@ -263,7 +263,7 @@ def gap(T: Array, T_other: Array) -> tuple[float, float, float]:
     return (size if size == size else float("inf")), distance, angle
 
 
-def _cause(robot: Robot, library: str) -> str | None:
+def _cause(robot: CheckedUrdf, library: str) -> str | None:
     """The known cause of a disagreement, if the file has one."""
     moving = [joint for joint in robot.joints if joint.has_axis]
     lengths = [float(np.linalg.norm(joint.axis or (1.0, 0, 0))) for joint in moving]

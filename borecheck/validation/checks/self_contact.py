@@ -9,9 +9,9 @@ import numpy as np
 
 from borecheck.errors import BorecheckError
 from borecheck.validation.findings import Severity
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.motion import motion_of
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.registry import Problem, register
 
 ALWAYS, NEVER, SOMETIMES = "always", "never", "sometimes"
 
@@ -45,7 +45,7 @@ class ContactTable:
         return 3.0 / self.samples
 
 
-def contact_table(robot: Robot, samples: int) -> ContactTable | None:
+def contact_table(robot: CheckedUrdf, samples: int) -> ContactTable | None:
     """The table of a robot; None if it cannot be moved. Remembered."""
     found: ContactTable | None = robot.remembered(
         "self-contact", samples, lambda: _contact_table(robot, samples)
@@ -53,7 +53,7 @@ def contact_table(robot: Robot, samples: int) -> ContactTable | None:
     return found
 
 
-def _contact_table(robot: Robot, samples: int) -> ContactTable | None:
+def _contact_table(robot: CheckedUrdf, samples: int) -> ContactTable | None:
     motion = motion_of(robot)
     if motion is None:
         return None
@@ -75,14 +75,14 @@ def _contact_table(robot: Robot, samples: int) -> ContactTable | None:
     return ContactTable(len(chosen), counts, joined, tuple(at_zero), missing)
 
 
-@check("K607", "self-contact", "kinematics", "IWW")
-def self_contact(robot: Robot) -> Iterator[Hit]:
+@register("K607", "self-contact", "kinematics", "IWW")
+def self_contact(robot: CheckedUrdf) -> Iterator[Problem]:
     """Links touch each other at home or always (sampled on request).
 
     Why: A pair that always touches hides every real contact; one that touches at home
     blocks every plan from the start.
 
-    Mend: Correct the collision geometry, or list the pair as allowed (SRDF).
+    Fix: Correct the collision geometry, or list the pair as allowed (SRDF).
     """
     if robot.options.self_contact <= 0:
         return
@@ -99,10 +99,10 @@ def self_contact(robot: Robot) -> Iterator[Hit]:
             f"configurations (seed {robot.options.seed}){home}"
         )
         level = None if kind == ALWAYS or home else Severity.INFO
-        yield Hit(robot.link_named[pair[1]].element, message, None, level)
+        yield Problem(robot.link_named[pair[1]].element, message, None, level)
 
 
-def _trees(robot: Robot) -> tuple[dict[str, Any], tuple[str, ...]]:
+def _trees(robot: CheckedUrdf) -> tuple[dict[str, Any], tuple[str, ...]]:
     """A tree of boxes for each link with collision geometry that can be read."""
     from borecheck.geometry.tree.mesh_tree import MeshTree
 
@@ -122,7 +122,7 @@ def _trees(robot: Robot) -> tuple[dict[str, Any], tuple[str, ...]]:
     return trees, tuple(missing)
 
 
-def _corners(robot: Robot, shapes: Sequence[Any]) -> Any:
+def _corners(robot: CheckedUrdf, shapes: Sequence[Any]) -> Any:
     from borecheck.geometry.mesh import primitives
     from borecheck.robots.urdf.draft import number, numbers, placement
     from borecheck.validation.reading.mesh_reading import mesh_of

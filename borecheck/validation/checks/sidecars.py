@@ -14,8 +14,8 @@ from borecheck.robots.urdf.source import (
     read_bytes,
     tag_of,
 )
-from borecheck.validation.reading.draft import Robot
-from borecheck.validation.registry import Hit, check
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
+from borecheck.validation.registry import Problem, register
 
 _SRDF_LINKS = {"disable_collisions": ("link1", "link2"), "link": ("name",)}
 _SRDF_LINKS |= {"chain": ("base_link", "tip_link"), "virtual_joint": ("child_link",)}
@@ -32,13 +32,13 @@ def _missing(word: str, known: Iterable[str], kind: str) -> str:
     return f"there is no {kind} {word!r}{guess}"
 
 
-@check("J327", "control-name-unknown", "joints", "WWW")
-def control_name_unknown(robot: Robot) -> Iterator[Hit]:
+@register("J327", "control-name-unknown", "joints", "WWW")
+def control_name_unknown(robot: CheckedUrdf) -> Iterator[Problem]:
     """A transmission or ros2_control names a joint that does not exist.
 
     Why: The controller fails to start, or drives nothing.
 
-    Mend: Correct the name.
+    Fix: Correct the name.
 
     Libraries: ros2_control stops when it is loaded; urdfdom and Pinocchio never look.
     """
@@ -47,16 +47,18 @@ def control_name_unknown(robot: Robot) -> Iterator[Hit]:
             for joint in block.iter("joint"):
                 name = joint.get("name") or ""
                 if name and name not in robot.joint_named:
-                    yield Hit(joint, _missing(name, robot.joint_named, "joint"), "name")
+                    yield Problem(
+                        joint, _missing(name, robot.joint_named, "joint"), "name"
+                    )
 
 
-@check("J328", "gazebo-reference-unknown", "joints", "WWW")
-def gazebo_reference_unknown(robot: Robot) -> Iterator[Hit]:
+@register("J328", "gazebo-reference-unknown", "joints", "WWW")
+def gazebo_reference_unknown(robot: CheckedUrdf) -> Iterator[Problem]:
     """A <gazebo reference> names neither a link nor a joint.
 
     Why: What it sets (friction, colour, a sensor) is applied to nothing.
 
-    Mend: Correct the name.
+    Fix: Correct the name.
 
     Libraries: Gazebo skips it in silence or with a warning.
     """
@@ -64,16 +66,16 @@ def gazebo_reference_unknown(robot: Robot) -> Iterator[Hit]:
     for block in children(robot.root, "gazebo"):
         name = block.get("reference") or ""
         if name and name not in known:
-            yield Hit(block, _missing(name, known, "link or joint"), "reference")
+            yield Problem(block, _missing(name, known, "link or joint"), "reference")
 
 
-@check("J331", "srdf-name-unknown", "joints", "EEE")
-def srdf_name_unknown(robot: Robot) -> Iterator[Hit]:
+@register("J331", "srdf-name-unknown", "joints", "EEE")
+def srdf_name_unknown(robot: CheckedUrdf) -> Iterator[Problem]:
     """The SRDF names a link or joint that the robot does not have.
 
     Why: A pair that should be allowed, or a group, silently means nothing.
 
-    Mend: Correct the name in the SRDF.
+    Fix: Correct the name in the SRDF.
 
     Libraries: MoveIt reports it at start-up and goes on.
     """
@@ -81,7 +83,7 @@ def srdf_name_unknown(robot: Robot) -> Iterator[Hit]:
         return
     source = _read_srdf(robot.options.srdf)
     if isinstance(source, UrdfError):
-        yield Hit(robot.root, str(source))
+        yield Problem(robot.root, str(source))
         return
     for element in elements(source.root):
         yield from _unknown_in(robot, element)
@@ -94,17 +96,19 @@ def _read_srdf(path: Path) -> Source | UrdfError:
         return error
 
 
-def _unknown_in(robot: Robot, element: Any) -> Iterator[Hit]:
+def _unknown_in(robot: CheckedUrdf, element: Any) -> Iterator[Problem]:
     tag = tag_of(element)
     for attribute in _SRDF_LINKS.get(tag, ()):
         name = element.get(attribute)
         if name and name not in robot.link_named:
             message = _missing(name, robot.link_named, "link")
             line = element.sourceline
-            yield Hit(robot.root, f"{robot.options.srdf}:{line}: <{tag}>: {message}")
+            yield Problem(
+                robot.root, f"{robot.options.srdf}:{line}: <{tag}>: {message}"
+            )
     name = element.get("name")
     if tag in ("joint", "passive_joint") and name and name not in robot.joint_named:
         message = _missing(name, robot.joint_named, "joint")
-        yield Hit(
+        yield Problem(
             robot.root, f"{robot.options.srdf}:{element.sourceline}: <{tag}>: {message}"
         )

@@ -16,7 +16,7 @@ def as_markdown(results: Sequence[tuple[str, Sequence[Finding]]]) -> str:
         if not findings:
             lines += ["No findings.", ""]
             continue
-        lines += ["| line | severity | code | finding | element | mend |"]
+        lines += ["| line | severity | code | finding | element | fix |"]
         lines += ["|---:|---|---|---|---|---|"]
         lines += [_row(finding) for finding in findings]
         lines.append("")

@@ -45,7 +45,7 @@ def _rule(check: Check, profile: str) -> dict[str, Any]:
         "name": check.name,
         "shortDescription": {"text": check.title},
         "fullDescription": {"text": check.why or check.title},
-        "help": {"text": check.mend or check.title},
+        "help": {"text": check.fix or check.title},
         "defaultConfiguration": {"level": _LEVELS[check.levels[profile]]},
         "properties": {"tags": [check.tier]},
     }

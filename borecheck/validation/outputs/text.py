@@ -59,7 +59,7 @@ def _block(
     if sources is not None:
         lines += sources.excerpt(finding)
     if explain:
-        lines += _told(finding)
+        lines += _explanation(finding)
     return "\n".join(lines)
 
 
@@ -79,9 +79,9 @@ def _is_there(file: str) -> bool:
         return False
 
 
-def _told(finding: Finding) -> list[str]:
+def _explanation(finding: Finding) -> list[str]:
     lines = [f"    why: {finding.why}"] if finding.why else []
-    lines += [f"    mend: {printable(finding.hint)}"] if finding.hint else []
+    lines += [f"    fix: {printable(finding.hint)}"] if finding.hint else []
     if finding.libraries:
         lines.append(f"    libraries: {'; '.join(finding.libraries)}")
     return lines

@@ -7,7 +7,7 @@ import numpy as np
 from borecheck.core.se3 import Array
 from borecheck.robots.urdf.draft import DraftLink, DraftShape, number, numbers
 from borecheck.robots.urdf.draft import placement as placement_of
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class Extent:
         )
 
 
-def link_extent(robot: Robot, link: DraftLink) -> Extent | None:
+def link_extent(robot: CheckedUrdf, link: DraftLink) -> Extent | None:
     """The box around all shapes of a link; None if one of them is not known."""
     extent: Extent | None = robot.remembered(  # two links may have one name
         "extents", link.element, lambda: _link_extent(robot, link)
@@ -40,7 +40,7 @@ def link_extent(robot: Robot, link: DraftLink) -> Extent | None:
     return extent
 
 
-def shape_extent(robot: Robot, shape: DraftShape) -> Extent | None:
+def shape_extent(robot: CheckedUrdf, shape: DraftShape) -> Extent | None:
     """The box around one shape in its own frame; None if it is not known."""
     if shape.tag == "mesh":
         from borecheck.validation.reading.mesh_reading import mesh_of
@@ -74,7 +74,7 @@ def _half_size(shape: DraftShape) -> tuple[float, ...] | None:
     return (radius, radius, 0.5 * length + ends)
 
 
-def _link_extent(robot: Robot, link: DraftLink) -> Extent | None:
+def _link_extent(robot: CheckedUrdf, link: DraftLink) -> Extent | None:
     """Around the visuals, or the collisions where nothing is drawn."""
     shapes = link.of_kind("visual") or link.of_kind("collision")
     boxes = []

@@ -114,7 +114,7 @@ def pinocchio_geometry(
     return {"shapes": int(found.ngeoms)}
 
 
-VOICES: Mapping[str, Callable[[str, list[dict[str, float]]], dict[str, Any]]] = {
+LIBRARIES: Mapping[str, Callable[[str, list[dict[str, float]]], dict[str, Any]]] = {
     "pinocchio": pinocchio_frames,
     "yourdfpy": yourdfpy_frames,
     "geometry": pinocchio_geometry,
@@ -123,10 +123,10 @@ VOICES: Mapping[str, Callable[[str, list[dict[str, float]]], dict[str, Any]]] = 
 
 def answers(request: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """What each library says to a text and its configurations, one after the other."""
-    for name in request["voices"]:
+    for name in request["libraries"]:
         start = time.perf_counter()
         try:
-            found = VOICES[name](request["text"], request["configurations"])
+            found = LIBRARIES[name](request["text"], request["configurations"])
         except Exception as error:  # noqa: BLE001  the point is to see what they do
             found = {"error": _line(error)}
         spent = {"seconds": time.perf_counter() - start, "bytes": _peak_bytes()}

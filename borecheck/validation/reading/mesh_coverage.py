@@ -17,7 +17,7 @@ from borecheck.robots.urdf.draft import (
     numbers,
     placement,
 )
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.extents import shape_extent
 from borecheck.validation.reading.mesh_reading import mesh_of
 
@@ -44,7 +44,7 @@ class Coverage:
     is_elsewhere: bool
 
 
-def coverage_of(robot: Robot, link: DraftLink) -> Coverage | None:
+def coverage_of(robot: CheckedUrdf, link: DraftLink) -> Coverage | None:
     """The coverage of a link; None if a shape is missing or unknown. Remembered."""
     found: Coverage | None = robot.remembered(  # two links may have one name
         "coverage", link.element, lambda: _coverage(robot, link)
@@ -52,7 +52,7 @@ def coverage_of(robot: Robot, link: DraftLink) -> Coverage | None:
     return found
 
 
-def _coverage(robot: Robot, link: DraftLink) -> Coverage | None:
+def _coverage(robot: CheckedUrdf, link: DraftLink) -> Coverage | None:
     visuals, collisions = link.of_kind("visual"), link.of_kind("collision")
     if not visuals or not collisions or _same_shapes(visuals, collisions):
         return None
@@ -88,7 +88,7 @@ def _same_shapes(visuals: list[DraftShape], collisions: list[DraftShape]) -> boo
     return {written(v) for v in visuals} == {written(c) for c in collisions}
 
 
-def surface_points(robot: Robot, shape: DraftShape) -> Array | None:
+def surface_points(robot: CheckedUrdf, shape: DraftShape) -> Array | None:
     """Points on the surface of a shape in the link's frame, (n, 3)."""
     T, local = placement(shape.element), _local_points(robot, shape)
     if T is None or local is None:
@@ -96,7 +96,7 @@ def surface_points(robot: Robot, shape: DraftShape) -> Array | None:
     return local @ T[:3, :3].T + T[:3, 3]
 
 
-def _local_points(robot: Robot, shape: DraftShape) -> Array | None:
+def _local_points(robot: CheckedUrdf, shape: DraftShape) -> Array | None:
     mesh = mesh_of(robot, shape)
     if mesh is not None:
         return points_on_triangles(mesh.corners * np.array(shape.scale), POINTS)
@@ -114,7 +114,7 @@ def _local_points(robot: Robot, shape: DraftShape) -> Array | None:
     return directions * scale[:, None] * extent.high
 
 
-def _outside(robot: Robot, shape: DraftShape, points: Array) -> Array:
+def _outside(robot: CheckedUrdf, shape: DraftShape, points: Array) -> Array:
     """How far points are outside of one collision shape, (n,); 0 inside."""
     T = placement(shape.element)
     if T is None:
@@ -137,7 +137,7 @@ def _outside(robot: Robot, shape: DraftShape, points: Array) -> Array:
     return _outside_mesh(robot, shape, local)
 
 
-def _outside_mesh(robot: Robot, shape: DraftShape, local: Array) -> Array:
+def _outside_mesh(robot: CheckedUrdf, shape: DraftShape, local: Array) -> Array:
     extent, surface = shape_extent(robot, shape), _local_points(robot, shape)
     if extent is None or surface is None:
         return np.full(len(local), np.inf)

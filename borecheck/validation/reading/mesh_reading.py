@@ -6,11 +6,11 @@ from borecheck.errors import MeshError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.robots.urdf.draft import DraftShape
 from borecheck.robots.urdf.package_paths import Resolution, resolve
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.mesh_facts import MeshFacts, facts_of
 
 
-def resolution_of(robot: Robot, reference: str) -> Resolution:
+def resolution_of(robot: CheckedUrdf, reference: str) -> Resolution:
     """Where a reference leads, remembered."""
     roots = robot.options.roots
     found: Resolution = robot.remembered(
@@ -19,7 +19,7 @@ def resolution_of(robot: Robot, reference: str) -> Resolution:
     return found
 
 
-def read_file(robot: Robot, path: Path) -> TriangleMesh | MeshError:
+def read_file(robot: CheckedUrdf, path: Path) -> TriangleMesh | MeshError:
     """The mesh in a file in its own unit, or why it cannot be read; remembered."""
     found: TriangleMesh | MeshError = robot.remembered(
         "meshes", path, lambda: _read(path)
@@ -36,14 +36,14 @@ def _read(path: Path) -> TriangleMesh | MeshError:
         return error
 
 
-def path_of(robot: Robot, shape: DraftShape) -> Path | None:
+def path_of(robot: CheckedUrdf, shape: DraftShape) -> Path | None:
     """The mesh file of a shape, if it is a mesh that can be found."""
     if shape.filename is None:
         return None
     return resolution_of(robot, shape.filename).path
 
 
-def mesh_of(robot: Robot, shape: DraftShape) -> TriangleMesh | None:
+def mesh_of(robot: CheckedUrdf, shape: DraftShape) -> TriangleMesh | None:
     """The mesh of a shape, unscaled; None if it is not to be read or cannot be."""
     path = path_of(robot, shape)
     if path is None or not robot.options.meshes:
@@ -52,7 +52,7 @@ def mesh_of(robot: Robot, shape: DraftShape) -> TriangleMesh | None:
     return outcome if isinstance(outcome, TriangleMesh) else None
 
 
-def facts(robot: Robot, shape: DraftShape) -> MeshFacts | None:
+def facts(robot: CheckedUrdf, shape: DraftShape) -> MeshFacts | None:
     """Counts about the mesh of a shape, remembered per file."""
     mesh, path = mesh_of(robot, shape), path_of(robot, shape)
     if mesh is None or path is None:

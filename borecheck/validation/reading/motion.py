@@ -1,6 +1,6 @@
 """Where the links are at any configuration: a plain product of transforms.
 
-Read leniently from the draft, mimic chains resolved; the third voice beside the
+Read leniently from the draft, mimic chains resolved; the third source beside the
 libraries, and what remote centres, loops and self-contact are judged with.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from borecheck.core.se3 import Array, axis_rotation
 from borecheck.robots.urdf import mimic as chains
 from borecheck.robots.urdf.draft import DraftJoint, placement
-from borecheck.validation.reading.draft import Robot
+from borecheck.validation.reading.checked_urdf import CheckedUrdf
 
 TURNING = ("revolute", "continuous")
 # A joint without usable limits is moved within half a turn, or 0.1 m.
@@ -104,13 +104,13 @@ class Motion:
         return road[::-1]
 
 
-def motion_of(robot: Robot) -> Motion | None:
+def motion_of(robot: CheckedUrdf) -> Motion | None:
     """The moving tree; None if it is no tree, or numbers are missing. Remembered."""
     found: Motion | None = robot.remembered("motion", None, lambda: _motion(robot))
     return found
 
 
-def _motion(robot: Robot) -> Motion | None:
+def _motion(robot: CheckedUrdf) -> Motion | None:
     if len(robot.roots) != 1 or len(robot.joints) != len(robot.links) - 1:
         return None
     root = robot.roots[0].name

@@ -1,4 +1,4 @@
-"""The blind comparator, its samples, the third voice, and that all of it can fail."""
+"""The blind comparator, its samples, the third source, and that all of it can fail."""
 
 import json
 import math
@@ -13,7 +13,7 @@ from borecheck.core.se3 import transform
 from borecheck.errors import GeometryError, UnknownNameError, UsageError
 from borecheck.robots.description import JointMap, RobotDescription
 from borecheck.robots.kinematics import agreement as kc
-from borecheck.robots.kinematics import sources as voices
+from borecheck.robots.kinematics import sources
 from borecheck.robots.kinematics.perturbation import changed_urdfs, unseen_perturbations
 from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import load_robot
@@ -115,7 +115,7 @@ def qs() -> np.ndarray:
     return kc.sample_configurations(RobotModel(URDF), np.random.default_rng(0), 20)
 
 
-def test_three_voices_agree(qs: np.ndarray) -> None:
+def test_three_sources_agree(qs: np.ndarray) -> None:
     result = kc.cross_check(Robot(described()), qs)
     assert result.disagreements == ()
     assert result.position_m < 1e-14
@@ -150,7 +150,7 @@ def test_offset_of_the_bridge_is_used(qs: np.ndarray) -> None:
     assert worst.rotation_rad < 1e-14
 
 
-def test_robot_without_closed_form_has_two_voices(qs: np.ndarray) -> None:
+def test_robot_without_closed_form_has_two_sources(qs: np.ndarray) -> None:
     result = kc.cross_check(Robot(None), qs)
     assert set(result.worst) == {("pinocchio", "yourdfpy")}
     assert set(result.frames) == {"W", "slide", "arm", "rod", "plate"}
@@ -195,7 +195,7 @@ def test_changed_urdfs_change_one_number_and_nothing_stays_behind() -> None:
     assert again == texts
 
 
-def test_a_study_of_disagreeing_voices_is_refused(qs: np.ndarray) -> None:
+def test_a_study_of_disagreeing_sources_is_refused(qs: np.ndarray) -> None:
     wrong = described(joints=(JointMap("s"), JointMap("h", 1.0)))
     with pytest.raises(UsageError, match="before any number"):
         unseen_perturbations(Robot(wrong), qs)
@@ -262,23 +262,23 @@ def test_sample_holds_zero_corners_and_inner_points() -> None:
 
 def test_unknown_names_in_the_bridge_are_named() -> None:
     with pytest.raises(UnknownNameError, match="'x'"):
-        voices.analytic(Robot(described(joints=(JointMap("s"), JointMap("x")))))
+        sources.analytic(Robot(described(joints=(JointMap("s"), JointMap("x")))))
     with pytest.raises(UnknownNameError, match="'lost'"):
-        voices.pinocchio(Robot(described(frames={"W": "W", "A": "lost"})))
+        sources.pinocchio(Robot(described(frames={"W": "W", "A": "lost"})))
     with pytest.raises(UsageError, match="closed form has 1"):
-        voices.analytic(Robot(described(joints=(JointMap("s"),))))
+        sources.analytic(Robot(described(joints=(JointMap("s"),))))
 
 
 def test_base_frame_need_not_be_the_root() -> None:
     robot = Robot(described(base_frame="A"))
-    said = voices.pinocchio(robot)(np.array([0.3, 0.2]))
+    said = sources.pinocchio(robot)(np.array([0.3, 0.2]))
     assert np.abs(said["A"] - np.eye(4)).max() < 1e-15
-    third = voices.yourdfpy(robot)(np.array([0.3, 0.2]))
+    third = sources.yourdfpy(robot)(np.array([0.3, 0.2]))
     assert np.abs(said["W"] - third["W"]).max() < 1e-15
 
 
 @pytest.mark.parametrize("mount", ["+90", "-90"])
-def test_zerobot_is_the_same_in_three_voices(
+def test_zerobot_is_the_same_in_three_sources(
     mount: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.undo()  # the real hooks

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from functools import lru_cache
 
 from borecheck.robots.urdf.draft import DraftJoint, DraftLink, UrdfDraft
-from borecheck.robots.urdf.rules.problem import Problem
+from borecheck.robots.urdf.rules.defect import Defect
 
 
 def things(draft: UrdfDraft) -> list[tuple[str, DraftLink | DraftJoint]]:
@@ -15,14 +15,14 @@ def things(draft: UrdfDraft) -> list[tuple[str, DraftLink | DraftJoint]]:
     return links + [("joint", joint) for joint in draft.joints]
 
 
-def missing(draft: UrdfDraft) -> Iterator[Problem]:
+def missing(draft: UrdfDraft) -> Iterator[Defect]:
     """Every link and joint has a name."""
     for kind, thing in things(draft):
         if not thing.name:
-            yield Problem(thing.element, f"a {kind} has no name", "name")
+            yield Defect(thing.element, f"a {kind} has no name", "name")
 
 
-def duplicate(draft: UrdfDraft) -> Iterator[Problem]:
+def duplicate(draft: UrdfDraft) -> Iterator[Defect]:
     """No two links, and no two joints, have the same name."""
     counts = Counter((kind, thing.name) for kind, thing in things(draft))
     seen: set[tuple[str, str]] = set()
@@ -30,7 +30,7 @@ def duplicate(draft: UrdfDraft) -> Iterator[Problem]:
         key = (kind, thing.name)
         if thing.name and key in seen:
             message = f"{counts[key]} {kind}s are called {thing.name!r}"
-            yield Problem(thing.element, message, "name")
+            yield Defect(thing.element, message, "name")
         seen.add(key)
 
 

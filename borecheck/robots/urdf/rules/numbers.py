@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from borecheck.robots.urdf.draft import UrdfDraft
-from borecheck.robots.urdf.rules.problem import Problem, matters
+from borecheck.robots.urdf.rules.defect import Defect, matters
 from borecheck.robots.urdf.schema import LENGTHS
 from borecheck.robots.urdf.source import NotNumbersError, parse_numbers
 
@@ -25,12 +25,12 @@ class _Numeric(NamedTuple):
     text: str
     size: int
 
-    def problem(self, message: str) -> Problem:
+    def problem(self, message: str) -> Defect:
         text = f"{self.attribute}={self.text!r}{message}"
-        return Problem(self.element, text, self.attribute, matters(self.element))
+        return Defect(self.element, text, self.attribute, matters(self.element))
 
 
-def no_numbers(draft: UrdfDraft) -> Iterator[Problem]:
+def no_numbers(draft: UrdfDraft) -> Iterator[Defect]:
     """A numeric attribute holds numbers."""
     for numeric in _numeric(draft):
         try:
@@ -42,7 +42,7 @@ def no_numbers(draft: UrdfDraft) -> Iterator[Problem]:
             yield numeric.problem(" is not a number")
 
 
-def count(draft: UrdfDraft) -> Iterator[Problem]:
+def count(draft: UrdfDraft) -> Iterator[Defect]:
     """It holds as many as it should."""
     for numeric in _numeric(draft):
         try:
@@ -53,7 +53,7 @@ def count(draft: UrdfDraft) -> Iterator[Problem]:
             yield numeric.problem(f" holds {found} numbers, not {numeric.size}")
 
 
-def not_finite(draft: UrdfDraft) -> Iterator[Problem]:
+def not_finite(draft: UrdfDraft) -> Iterator[Defect]:
     """None of them is infinite or no number, and no length beyond every room."""
     for numeric in _numeric(draft):
         words = numeric.text.split()
@@ -66,7 +66,7 @@ def not_finite(draft: UrdfDraft) -> Iterator[Problem]:
             yield numeric.problem(f": {word} is beyond every room")
 
 
-def locale(draft: UrdfDraft) -> Iterator[Problem]:
+def locale(draft: UrdfDraft) -> Iterator[Defect]:
     """They are written with points and spaces, without a unit."""
     for numeric in _numeric(draft):
         if _bad_words(numeric.text) and _is_locale(numeric.text):

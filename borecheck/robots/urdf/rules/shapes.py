@@ -6,8 +6,8 @@ from functools import lru_cache
 from typing import Any
 
 from borecheck.robots.urdf.draft import DraftShape, UrdfDraft
+from borecheck.robots.urdf.rules.defect import Defect
 from borecheck.robots.urdf.rules.names import nearest
-from borecheck.robots.urdf.rules.problem import Problem
 from borecheck.robots.urdf.schema import EXTENSIONS, FREE, LINK_TAGS, SCHEMA
 from borecheck.robots.urdf.source import (
     NotNumbersError,
@@ -29,7 +29,7 @@ SIZES = {
 _SPELT = ("link", "visual", "collision", "mesh", "joint", "limit", "mimic")
 
 
-def sizes(draft: UrdfDraft) -> Iterator[Problem]:
+def sizes(draft: UrdfDraft) -> Iterator[Defect]:
     """Sizes are positive; nothing that is drawn with none is there at all."""
     for shape in _shapes(draft):
         for attribute in SIZES.get(shape.tag or "", ()):
@@ -37,18 +37,18 @@ def sizes(draft: UrdfDraft) -> Iterator[Problem]:
             if values and min(values) <= 0.0:
                 stops = shape.kind == "collision" or min(values) < 0.0
                 text = f"{attribute}={shape.shape.get(attribute)!r}"
-                yield Problem(shape.shape, f"{text} is not positive", attribute, stops)
+                yield Defect(shape.shape, f"{text} is not positive", attribute, stops)
 
 
-def scales(draft: UrdfDraft) -> Iterator[Problem]:
+def scales(draft: UrdfDraft) -> Iterator[Defect]:
     """No mesh is scaled to nothing."""
     for shape in _shapes(draft):
         if shape.tag == "mesh" and 0.0 in shape.scale:
             text = f"scale={shape.shape.get('scale')!r} makes the mesh flat"
-            yield Problem(shape.shape, text, "scale", shape.kind == "collision")
+            yield Defect(shape.shape, text, "scale", shape.kind == "collision")
 
 
-def unknown_elements(draft: UrdfDraft) -> Iterator[Problem]:
+def unknown_elements(draft: UrdfDraft) -> Iterator[Defect]:
     """Elements are known; what reads like a misspelt one stops.
 
     A shape or a rotation that parsers skip without a word would be missing from every
@@ -67,7 +67,7 @@ def unknown_elements(draft: UrdfDraft) -> Iterator[Problem]:
             yield _unknown(child, f"<{tag}>", tag, known, None, where, stops)
 
 
-def unknown_attributes(draft: UrdfDraft) -> Iterator[Problem]:
+def unknown_attributes(draft: UrdfDraft) -> Iterator[Defect]:
     """Attributes are known; what reads like a misspelt one stops."""
     for element, where in draft.standard:
         if where not in SCHEMA:
@@ -81,7 +81,7 @@ def unknown_attributes(draft: UrdfDraft) -> Iterator[Problem]:
             yield _unknown(element, what, word, known, word, where, stops)
 
 
-def misplaced_collisions(draft: UrdfDraft) -> Iterator[Problem]:
+def misplaced_collisions(draft: UrdfDraft) -> Iterator[Defect]:
     """Every <collision> stands directly in a <link> of the robot."""
     links = {link.element for link in draft.links}
     for element, tag in _outside_extensions(draft.root):
@@ -89,7 +89,7 @@ def misplaced_collisions(draft: UrdfDraft) -> Iterator[Problem]:
             parent = element.getparent()
             where = "the root" if parent is None else f"<{tag_of(parent)}>"
             message = f"a <collision> in {where} belongs to no link: it is lost"
-            yield Problem(element, message)
+            yield Defect(element, message)
 
 
 def lost_shapes(draft: UrdfDraft) -> Iterator[Any]:
@@ -167,9 +167,9 @@ def _unknown(
     attribute: str | None,
     where: str,
     stops: bool,
-) -> Problem:
+) -> Defect:
     close = nearest(word, known)
     hint = f"Write {close!r}." if close else None
     guess = f"; did you mean {close!r}?" if close else ""
     message = f"{what} is not known in <{where}>{guess}"
-    return Problem(element, message, attribute, stops, hint)
+    return Defect(element, message, attribute, stops, hint)

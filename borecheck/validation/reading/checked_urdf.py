@@ -11,7 +11,7 @@ from borecheck.validation.options import Options
 
 
 @dataclass(eq=False, kw_only=True)
-class Robot(UrdfDraft):
+class CheckedUrdf(UrdfDraft):
     """Everything that checks look at.
 
     Attributes:

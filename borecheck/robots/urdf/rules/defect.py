@@ -11,7 +11,7 @@ WITHOUT_SHAPE = (
 )
 
 
-class Problem(NamedTuple):
+class Defect(NamedTuple):
     """One thing that is wrong.
 
     Attributes:
