@@ -140,10 +140,10 @@ def _purpose(entry: EntryPoint) -> str:
     try:
         found = find_spec(entry.value.partition(":")[0])
         text = Path(found.origin or "").read_text(encoding="utf-8") if found else ""
-        told = (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]
+        summary = (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]
     except (ImportError, OSError, ValueError, SyntaxError):
-        told = ""  # whoever runs it is told what is wrong with it
-    purpose = told.partition("`: ")[2].rstrip(".")
+        summary = ""  # whoever runs it is told what is wrong with it
+    purpose = summary.partition("`: ")[2].rstrip(".")
     return f"{purpose} ({package})" if purpose else f"from {package}"
 
 

@@ -111,8 +111,8 @@ def main() -> int:
         wrong = 0
         for row, found in zip(chosen, answers, strict=True):
             wrong += bool(found)
-            told = f"WRONG: {'; '.join(found)}" if found else f"right: {row['right']}"
-            print(f"{row['label']:42} {told}", flush=True)
+            said = f"WRONG: {'; '.join(found)}" if found else f"right: {row['right']}"
+            print(f"{row['label']:42} {said}", flush=True)
     print(f"{len(chosen)} commands, {len(chosen) - wrong} right, {wrong} wrong")
     return int(wrong > 0)
 

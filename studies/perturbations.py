@@ -24,9 +24,11 @@ def study(robot: Robot, configurations: int, seed: int) -> int:
     rng = np.random.default_rng(seed)
     qs = sample_configurations(robot.model, rng, configurations)
     found = unseen_perturbations(robot, qs)
-    told = ", ".join(f"{k}={v}" for k, v in robot.arguments.items() if k == "mount")
+    mount = ", ".join(f"{k}={v}" for k, v in robot.arguments.items() if k == "mount")
     total = len(found.seen) + len(found.unseen)
-    print(f"{robot.name} {told}: {len(found.seen)} of {total} changed numbers are seen")
+    print(
+        f"{robot.name} {mount}: {len(found.seen)} of {total} changed numbers are seen"
+    )
     for item in found.unseen:
         print(f"  not seen: {item.number}: {item.why}")
     return len(found.unseen)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from borecheck.commands.progress import Progress
-from mri_arm.studies.workspace import NEAREST_BASE, Place, places, study
+from mri_arm.studies.workspace import NEAREST_BASE, BasePlace, places, study
 
 CELL = 36  # of the map [pixel]
 
@@ -40,7 +40,7 @@ def main() -> int:
     return 0
 
 
-def grid(options: argparse.Namespace) -> list[Place]:
+def grid(options: argparse.Namespace) -> list[BasePlace]:
     xs = np.arange(-0.6, 0.91, options.step)
     outwards = np.arange(1.0, 1.46, options.step)
     return places(xs, [*(-outwards[::-1]), *outwards])

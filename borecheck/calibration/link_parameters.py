@@ -29,7 +29,7 @@ COINCIDENT = 1e-6
 
 
 @dataclass(frozen=True)
-class Link:
+class LinkParameters:
     """How one axis follows from the one before.
 
     Attributes:
@@ -54,7 +54,7 @@ class Link:
 class LinkForms:
     """The forms of all links of an arm, chosen on its nominal axes."""
 
-    links: tuple[Link, ...]
+    links: tuple[LinkParameters, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -79,7 +79,7 @@ def choose_forms(points: ArrayLike, directions: ArrayLike) -> LinkForms:
     """
     p = np.asarray(points, dtype=np.float64)
     u = np.asarray(directions, dtype=np.float64)
-    links: list[Link] = []
+    links: list[LinkParameters] = []
     T = np.eye(4)
     for i in range(len(u)):
         n, at = T[:3, :3].T @ u[i], T[:3, :3].T @ (p[i] - T[:3, 3])
@@ -130,7 +130,7 @@ def parameters_to_lines(
     return np.stack(points, axis=-2), np.stack(directions, axis=-2)
 
 
-def link_transform(link: Link, values: Sequence[ArrayLike]) -> Array:
+def link_transform(link: LinkParameters, values: Sequence[ArrayLike]) -> Array:
     """The link's transform at zero joint angle, (..., 4, 4)."""
     first, second, third, fourth = values
     if link.form == "base":
@@ -171,15 +171,15 @@ def _apply(T: Array, v: Array) -> Array:
     return (np.swapaxes(T[..., :3, :3], -1, -2) @ v[..., None])[..., 0]
 
 
-def _base_link(u: Array) -> Link:
+def _base_link(u: Array) -> LinkParameters:
     """x0, y0, al0, be0; for an axis along z the directions across are x and y."""
     helper = np.roll(np.eye(3)[int(np.argmax(np.abs(u)))], 1)
     v = helper - (helper @ u) * u
     v = v / np.linalg.norm(v)
-    return Link("base", ("x0", "y0", "al0", "be0"), u, v, np.cross(u, v), u)
+    return LinkParameters("base", ("x0", "y0", "al0", "be0"), u, v, np.cross(u, v), u)
 
 
-def _solve_base(link: Link, p: Array, n: Array) -> tuple[Array, ...]:
+def _solve_base(link: LinkParameters, p: Array, n: Array) -> tuple[Array, ...]:
     k = -_dot(p, link.a) / _dot(n, link.a)
     at = p + k[..., None] * n
     ahead, aside = _dot(n, link.b), _dot(n, link.c)
@@ -188,18 +188,18 @@ def _solve_base(link: Link, p: Array, n: Array) -> tuple[Array, ...]:
     return _dot(at, link.b), _dot(at, link.c), np.arctan2(-aside, up), be
 
 
-def _next_link(i: int, a: Array, n: Array, at: Array) -> Link:
+def _next_link(i: int, a: Array, n: Array, at: Array) -> LinkParameters:
     parallel = np.linalg.norm(np.cross(a, n)) < np.sin(PARALLEL)
     return _hayati_link(i, a, n, at) if parallel else _dh_link(i, a, n)
 
 
-def _dh_link(i: int, a: Array, n: Array) -> Link:
+def _dh_link(i: int, a: Array, n: Array) -> LinkParameters:
     c = np.cross(a, n)
     c = c / np.linalg.norm(c)
     c = c * np.sign(c[int(np.argmax(np.abs(c)))])
     b = n - (n @ a) * a
     b = b / np.linalg.norm(b)
-    return Link("dh", (f"th{i}", f"d{i}", f"b{i}", f"be{i}"), a, b, c, b)
+    return LinkParameters("dh", (f"th{i}", f"d{i}", f"b{i}", f"be{i}"), a, b, c, b)
 
 
 def _side(a: Array, b: Array, c: Array) -> float:
@@ -207,7 +207,7 @@ def _side(a: Array, b: Array, c: Array) -> float:
     return float(np.sign(np.cross(c, b) @ a))
 
 
-def _solve_dh(link: Link, p: Array, n: Array) -> tuple[Array, ...]:
+def _solve_dh(link: LinkParameters, p: Array, n: Array) -> tuple[Array, ...]:
     a, b, c = link.a, link.b, link.c
     th = np.arctan2(_dot(n, np.cross(a, b)), _dot(n, b))
     back = turn(a, th)
@@ -218,7 +218,7 @@ def _solve_dh(link: Link, p: Array, n: Array) -> tuple[Array, ...]:
     return th, _dot(p1, a) + k * _dot(n1, a), _dot(p1, c), be
 
 
-def _hayati_link(i: int, a: Array, n: Array, at: Array) -> Link:
+def _hayati_link(i: int, a: Array, n: Array, at: Array) -> LinkParameters:
     normal = at - (at @ a) * a
     distance = float(np.linalg.norm(normal))
     if distance < COINCIDENT:
@@ -227,10 +227,10 @@ def _hayati_link(i: int, a: Array, n: Array, at: Array) -> Link:
         )
     names = (f"al{i}", f"d{i}", f"th{i}", f"be{i}")
     b = normal / distance
-    return Link("hayati", names, a, b, np.cross(b, a), a * np.sign(a @ n))
+    return LinkParameters("hayati", names, a, b, np.cross(b, a), a * np.sign(a @ n))
 
 
-def _solve_hayati(link: Link, p: Array, n: Array) -> tuple[Array, ...]:
+def _solve_hayati(link: LinkParameters, p: Array, n: Array) -> tuple[Array, ...]:
     a, b, c = link.a, link.b, link.c
     n = n * np.sign(link.next_axis @ a)
     t = p - (_dot(p, a) / _dot(n, a))[..., None] * n

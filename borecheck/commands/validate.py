@@ -16,7 +16,7 @@ from borecheck.errors import UsageError
 from borecheck.validation import baseline, many
 from borecheck.validation.catalogue import all_checks
 from borecheck.validation.config import (
-    Settings,
+    ValidationSettings,
     find_settings,
     options_with,
     read_settings,
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _baselines(
-    args: argparse.Namespace, settings: Mapping[str, Settings]
+    args: argparse.Namespace, settings: Mapping[str, ValidationSettings]
 ) -> dict[str, Counter[str]]:
     """What is known of each file that has a baseline: the named one, or its own.
 
@@ -119,7 +119,7 @@ def _results(
     )
 
 
-def settings_of(file: str, config: Path | None) -> Settings:
+def settings_of(file: str, config: Path | None) -> ValidationSettings:
     """The named settings, or those nearest to a file."""
     folder = Path.cwd() if file == "-" else Path(file).absolute().parent
     if config is not None:
@@ -128,12 +128,12 @@ def settings_of(file: str, config: Path | None) -> Settings:
 
 
 @cache
-def _remembered(folder: Path) -> Settings:
+def _remembered(folder: Path) -> ValidationSettings:
     return settings_in(folder)
 
 
 @lru_cache(maxsize=1)
-def _named(config: Path) -> Settings:
+def _named(config: Path) -> ValidationSettings:
     return replace(read_settings(config), is_named=True)
 
 
@@ -160,7 +160,7 @@ def check_one(
 
 
 def _check_loaded(
-    file: str, loaded: Loaded, options: Options, settings: Settings
+    file: str, loaded: Loaded, options: Options, settings: ValidationSettings
 ) -> list[Finding]:
     """The findings of a file that was loaded before, with what is remembered in it."""
     found = findings_of(loaded, options)
@@ -218,7 +218,7 @@ def render(
     return str(import_module("borecheck.report.page").page(document))
 
 
-def _fail_on(args: argparse.Namespace, settings: Settings) -> Severity | None:
+def _fail_on(args: argparse.Namespace, settings: ValidationSettings) -> Severity | None:
     word = args.fail_on or settings.values.get("fail-on", "error")
     return None if word == "never" else Severity(word)
 

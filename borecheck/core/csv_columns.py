@@ -73,11 +73,11 @@ def refuse_mixed(columns: Sequence[str], names: Sequence[str]) -> None:
     Raises:
         ColumnError: Which ones do and which do not.
     """
-    told = [c for c in columns if c not in names and c.rpartition("_")[0] in names]
+    with_unit = [c for c in columns if c not in names and c.rpartition("_")[0] in names]
     bare = [c for c in columns if c in names]
-    if told and bare:
+    if with_unit and bare:
         raise ColumnError(
-            f"{told[0]} says its unit and {bare[0]} does not: "
+            f"{with_unit[0]} says its unit and {bare[0]} does not: "
             "give all joints of a kind their unit, or none (then rad, m)"
         )
 

@@ -121,7 +121,7 @@ class Corridor:
             sides = [side_of(point, patient, topology) for point in aside[near]]
             inside = aside[near][[side is Side.INSIDE for side in sides]]
             if len(inside):
-                return self._told(inside, needle, patient)
+                return self._stray_named(inside, needle, patient)
             if Side.UNDECIDED in sides:
                 return Stray(undecided(needle.name, patient.name), certain=False)
             return None
@@ -133,7 +133,7 @@ class Corridor:
         reason = f"{patient.name} is open: how far {needle.name} is in cannot be told"
         return Stray(reason, certain=False)
 
-    def _told(
+    def _stray_named(
         self, inside: Array, needle: TriangleMesh, patient: TriangleMesh
     ) -> Stray:
         depth, _ = self.coordinates(inside)

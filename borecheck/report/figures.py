@@ -155,11 +155,11 @@ def _stretches(intervals: Sequence[Mapping[str, Any]], axes: Axes) -> str:
     for found in intervals:
         x0, x1 = axes.x(100.0 * found["from"]), axes.x(100.0 * found["to"])
         verdict = found["verdict"] if found["verdict"] in names else "unknown"
-        told = f"{100 * found['from']:.1f} to {100 * found['to']:.1f} %"
+        label = f"{100 * found['from']:.1f} to {100 * found['to']:.1f} %"
         parts.append(
             f'<rect class="band {verdict}" x="{x0:.1f}" y="{y}" '
             f'width="{max(x1 - x0, 1.0):.1f}" height="9">'
-            f"<title>{told}: {names[verdict]}</title></rect>"
+            f"<title>{label}: {names[verdict]}</title></rect>"
         )
     return "".join(parts)
 

@@ -96,8 +96,8 @@ def _scale_bar(size: float) -> str:
     """A bar of a round length at the lower left."""
     length = 10.0 ** np.floor(np.log10(0.4 * size))
     pixels = length / size * (SIDE - 2 * EDGE)
-    told = f"{1e3 * length:g} mm"
+    label = f"{1e3 * length:g} mm"
     return (
         f'<path class="scale" d="M10 {SIDE - 12}h{pixels:.1f}"/>'
-        f'<text class="tick" x="10" y="{SIDE - 17}">{told}</text>'
+        f'<text class="tick" x="10" y="{SIDE - 17}">{label}</text>'
     )

@@ -42,7 +42,7 @@ _LIGHT = np.array([0.35, -0.45, 0.82]) / np.linalg.norm([0.35, -0.45, 0.82])
 
 
 @dataclass(frozen=True, eq=False)
-class Camera:
+class OrthographicView:
     """An orthographic view.
 
     Attributes:
@@ -71,15 +71,17 @@ class Camera:
         return np.stack([x, y, d @ self.towards], axis=-1)
 
 
-def looking(centre: Array, direction: "Sequence[float]", width: float) -> Camera:
-    """The camera that looks along `direction` at a point, z upwards."""
+def looking(
+    centre: Array, direction: "Sequence[float]", width: float
+) -> OrthographicView:
+    """The view that looks along `direction` at a point, z upwards."""
     forward = np.array(direction, dtype=np.float64)
     forward /= np.linalg.norm(forward)
     aside = np.cross(forward, (0.0, 0.0, 1.0))
     if np.linalg.norm(aside) < 1e-9:
         aside = np.array([0.0, -1.0, 0.0])
     right = aside / np.linalg.norm(aside)
-    return Camera(centre, right, np.cross(right, forward), width)
+    return OrthographicView(centre, right, np.cross(right, forward), width)
 
 
 class Stage:
@@ -113,7 +115,7 @@ class Stage:
         self,
         motion: int,
         pose: int,
-        camera: Camera,
+        view: OrthographicView,
         cut: "tuple[Array, float] | None" = None,
     ) -> bytes:
         """A PNG of the robot at a pose within its surroundings.
@@ -121,7 +123,7 @@ class Stage:
         Args:
             motion: Which motion.
             pose: Which of its poses.
-            camera: From where.
+            view: From where.
             cut: Normal and offset of a plane; what lies beyond it (n x > offset) of
                 scanner, couch and patient is left out.
         """
@@ -131,12 +133,12 @@ class Stage:
         image[:] = PAPER
         no_cut = (np.zeros(3), 1.0)
         for role, corners in self._around:
-            _draw(depth, image, camera, corners, COLOURS[role], cut or no_cut)
+            _draw(depth, image, view, corners, COLOURS[role], cut or no_cut)
         for link, corners in self._links:
             colour = COLOURS["needle" if link == self._needle else "robot"]
             placed = self._placed(motion, pose, link, corners)
-            _draw(depth, image, camera, placed, colour, no_cut)
-        _outline(depth, image, camera.width / w)
+            _draw(depth, image, view, placed, colour, no_cut)
+        _outline(depth, image, view.width / w)
         coarse = image.reshape(HEIGHT, FINER, WIDTH, FINER, 3).mean(axis=(1, 3))
         return png(np.rint(coarse).astype(np.uint8))
 
@@ -144,7 +146,7 @@ class Stage:
 def _draw(
     depth: Array,
     image: Image,
-    camera: Camera,
+    view: OrthographicView,
     corners: Array,
     colour: tuple[int, int, int],
     cut: tuple[Array, float],
@@ -152,11 +154,11 @@ def _draw(
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = normals / np.where(length > 0.0, length, 1.0)
-    facing = normals @ camera.towards
+    facing = normals @ view.towards
     shade = 0.66 + 0.34 * np.abs(normals @ _LIGHT)
     shade = np.where(facing >= 0.0, shade, _INSIDE)
     shaded = np.clip(np.outer(shade, colour), 0, 255).astype(np.uint8)
-    pixels = camera.on_picture(corners.reshape(-1, 3)).reshape(-1, 3, 3)
+    pixels = view.on_picture(corners.reshape(-1, 3)).reshape(-1, 3, 3)
     pixels[:, :, :2] *= FINER
     beyond = corners @ cut[0] - cut[1]
     _fill(depth, image, pixels, beyond, shaded)

@@ -105,10 +105,10 @@ def _overlaid(
     if closest is not None and not len(lit):
         places = camera.on_picture(np.array(closest["points"]))
         parts.append(_line(places, "closest"))
-        told = f"{1e3 * closest['distance']:.1f} mm"
+        label = f"{1e3 * closest['distance']:.1f} mm"
         x, y = places[:, :2].mean(axis=0)
         parts.append(
-            f'<text class="label" x="{x + 10:.1f}" y="{y:.1f}">{escape(told)}</text>'
+            f'<text class="label" x="{x + 10:.1f}" y="{y:.1f}">{escape(label)}</text>'
         )
     return Markup(
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" class="still" role="img" '

@@ -9,11 +9,11 @@ def lines(block: Mapping[str, Any]) -> list[str]:
     found = block.get("uncertainty")
     if found is None:
         return []
-    told = [f"probability of contact: {_drawn(found)}", _risk(found)]
+    words = [f"probability of contact: {_drawn(found)}", _risk(found)]
     if found["meets"]:
         first, second, share = found["meets"][0]
-        told.append(f"most often {first} meets {second}, in {share:.1%} of the draws")
-    return [*told, *_estimate(found, "path" in block)]
+        words.append(f"most often {first} meets {second}, in {share:.1%} of the draws")
+    return [*words, *_estimate(found, "path" in block)]
 
 
 def cells(block: Mapping[str, Any]) -> tuple[str, str]:
@@ -55,13 +55,13 @@ def _drawn(found: Mapping[str, Any]) -> str:
 
 def _risk(found: Mapping[str, Any]) -> str:
     """Whether the risk is kept, with the exact limit that says so."""
-    told = f"risk of {found['risk']:g} {found['answer']}"
+    words = f"risk of {found['risk']:g} {found['answer']}"
     if found["answer"] == "kept":
-        return f"{told}: at most {found['upper']:.2g} (exact limit, 95 %)"
+        return f"{words}: at most {found['upper']:.2g} (exact limit, 95 %)"
     if found["answer"] == "exceeded":
-        return f"{told}: at least {found['lower']:.2g} (exact limit, 95 %)"
+        return f"{words}: at least {found['lower']:.2g} (exact limit, 95 %)"
     limit = f"at most {found['upper']:.2g} (exact limit, 95 %)"
-    return f"{told}: {limit}; {found['why']}"
+    return f"{words}: {limit}; {found['why']}"
 
 
 def _estimate(found: Mapping[str, Any], is_motion: bool) -> list[str]:

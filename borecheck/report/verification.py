@@ -65,8 +65,10 @@ def _lines(document: Mapping[str, Any]) -> Iterator[str]:
         yield f"no certificate given for the plan {name}"
     if several:
         rejected = [block["file"] for block in blocks if not block["accepted"]]
-        told = f"{len(blocks) - len(rejected)} of {len(blocks)} certificates accepted"
-        yield told + (f"; rejected: {', '.join(rejected)}" if rejected else "")
+        accepted = (
+            f"{len(blocks) - len(rejected)} of {len(blocks)} certificates accepted"
+        )
+        yield accepted + (f"; rejected: {', '.join(rejected)}" if rejected else "")
 
 
 def _one(block: Mapping[str, Any], named: str) -> Iterator[str]:
@@ -76,8 +78,8 @@ def _one(block: Mapping[str, Any], named: str) -> Iterator[str]:
         yield from (f"  {problem}" for problem in more)
         return
     bound = block["bound_to"]
-    told = f"{block['intervals']} intervals of {block['pairs']} pairs checked"
-    yield f"ACCEPTED{named}: {told}, {'bound to files' if bound else 'by itself'}"
+    checked = f"{block['intervals']} intervals of {block['pairs']} pairs checked"
+    yield f"ACCEPTED{named}: {checked}, {'bound to files' if bound else 'by itself'}"
     yield from (f"  {line}" for line in _subject_lines(block))
     yield from (f"  allowed: {passage}" for passage in block["passages"])
     yield from (f"  not covered: {a} against {b}" for a, b in block["not_covered"])

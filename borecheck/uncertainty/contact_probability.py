@@ -154,7 +154,7 @@ def contact_probability(
         sample.draw(FEWEST, rng, progress)
         samples = FEWEST if sample.exceeds(risk) else sample.draws_for(risk)
     sample.draw(samples, rng, progress)
-    return _told(sample, risk, seed, problem.doubt)
+    return _estimated(sample, risk, seed, problem.doubt)
 
 
 def check_request(risk: float, samples: int | None) -> None:
@@ -221,7 +221,7 @@ class _Sample:
             self.meets[names] += 1
 
 
-def _told(
+def _estimated(
     sample: _Sample, risk: float, seed: int, doubt: str | None
 ) -> ContactProbability:
     """What the draws say."""

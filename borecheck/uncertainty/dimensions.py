@@ -40,7 +40,7 @@ LOOKED_AT, OFF = 3.0, 1e-7
 
 
 @dataclass(frozen=True, eq=False)
-class Dimensions:
+class DimensionErrors:
     """What errors p (n,) of the dimensions do to a robot.
 
     Attributes:
@@ -79,7 +79,7 @@ def rotation(turn: Array) -> Array:
     return axis_rotation(turn / angle, angle) if angle > 0.0 else np.eye(3)
 
 
-def dimensions_of(robot: Robot, block: Block) -> Dimensions:
+def dimensions_of(robot: Robot, block: Block) -> DimensionErrors:
     """How the robot changes with the dimensions of a block.
 
     Raises:
@@ -89,7 +89,7 @@ def dimensions_of(robot: Robot, block: Block) -> Dimensions:
     rates = [_rates(robot, name) for name in block.names]
     joints = chain.frame_count
     reach = LOOKED_AT * np.sqrt(np.diag(block.covariance))
-    found = Dimensions(
+    found = DimensionErrors(
         block.names,
         np.array([r[0] for r in rates]).reshape(-1, joints, 3),
         np.array([r[1] for r in rates]).reshape(-1, joints, 3),
@@ -118,7 +118,7 @@ def _rates(robot: Robot, name: str) -> tuple[Array, Array, Array]:
     return shift / width, turn / width, (high.offset - low.offset) / width
 
 
-def _look(robot: Robot, chain: Chain, found: Dimensions, p: Array) -> None:
+def _look(robot: Robot, chain: Chain, found: DimensionErrors, p: Array) -> None:
     """Refuses dimensions that act otherwise than in proportion."""
     built = changed_chain(robot, found.names, tuple(float(x) for x in p))
     taken = found.applied(chain, p)

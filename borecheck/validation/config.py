@@ -52,7 +52,7 @@ KEYS = (*_TABLES, *_LISTS, *_WORDS, *_SWITCHES, *_NUMBERS, "per-file-ignore", "a
 
 
 @dataclass(frozen=True)
-class Settings:
+class ValidationSettings:
     """What a configuration file says; empty without one.
 
     Attributes:
@@ -72,8 +72,8 @@ class Settings:
 
 
 def find_settings(
-    start: Path, look: Callable[[Path], Settings] | None = None
-) -> Settings:
+    start: Path, look: Callable[[Path], ValidationSettings] | None = None
+) -> ValidationSettings:
     """The settings of the nearest configuration file at or above a folder.
 
     Args:
@@ -84,10 +84,10 @@ def find_settings(
         settings = (look or settings_in)(folder)
         if settings.file is not None:
             return settings
-    return Settings()
+    return ValidationSettings()
 
 
-def settings_in(folder: Path) -> Settings:
+def settings_in(folder: Path) -> ValidationSettings:
     """The settings of a file that stands in this very folder; empty without one."""
     for name in FILES:
         path = folder / name
@@ -95,10 +95,10 @@ def settings_in(folder: Path) -> Settings:
             settings = read_settings(path)
             if settings.file is not None:
                 return settings
-    return Settings()
+    return ValidationSettings()
 
 
-def read_settings(path: Path) -> Settings:
+def read_settings(path: Path) -> ValidationSettings:
     """The settings in one file; `file` is None if it holds none for validate.
 
     Raises:
@@ -113,13 +113,13 @@ def read_settings(path: Path) -> Settings:
     table = document.get("tool", {}).get("borecheck", {})
     table = (document if path.name != "pyproject.toml" else table).get("validate")
     if table is None:
-        return Settings()
+        return ValidationSettings()
     if not isinstance(table, dict):
         raise InputError(path, "validate is no table")
     return _settings(table, path)
 
 
-def options_with(settings: Settings, given: Mapping[str, Any]) -> Options:
+def options_with(settings: ValidationSettings, given: Mapping[str, Any]) -> Options:
     """The options of one file: what is given wins, lists of roots add up.
 
     Args:
@@ -148,7 +148,7 @@ def options_with(settings: Settings, given: Mapping[str, Any]) -> Options:
     return Options(**chosen)
 
 
-def _refuse_outside(settings: Settings) -> None:
+def _refuse_outside(settings: ValidationSettings) -> None:
     """Settings that come with a robot name no other files than the robot may."""
     for key in ("package-path", "srdf", "reference", "baseline"):
         value = settings.values.get(key, ())
@@ -160,7 +160,7 @@ def _refuse_outside(settings: Settings) -> None:
                 raise InputError(file, problem + "or give --allow-outside")
 
 
-def _settings(table: dict[str, Any], path: Path) -> Settings:
+def _settings(table: dict[str, Any], path: Path) -> ValidationSettings:
     values: dict[str, Any] = {}
     declared: dict[str, tuple[Any, ...]] = {}
     ignored: dict[str, tuple[str, ...]] = {}
@@ -176,7 +176,7 @@ def _settings(table: dict[str, Any], path: Path) -> Settings:
             ignored = {k: _codes(f"{key} {k!r}", v, path) for k, v in value.items()}
         else:
             values[key] = _checked(key, value, path)
-    return Settings(values, declared, ignored, path)
+    return ValidationSettings(values, declared, ignored, path)
 
 
 def _record(kind: type, entry: object, key: str, path: Path) -> Any:

@@ -18,15 +18,15 @@ class FileProgress:
         self._stream = stream
         self._total = total
         self._is_terminal = stream.isatty()
-        self._told = time.monotonic()
+        self._last_shown = time.monotonic()
 
     def __call__(self, done: int) -> None:
         """Tells how far it is."""
         if self._is_terminal:
             end = "\n" if done == self._total else ""
             self._write(f"\r{done}/{self._total} files{end}")
-        elif time.monotonic() - self._told >= EVERY_S:
-            self._told = time.monotonic()
+        elif time.monotonic() - self._last_shown >= EVERY_S:
+            self._last_shown = time.monotonic()
             self._write(f"{done}/{self._total} files\n")
 
     def _write(self, text: str) -> None:

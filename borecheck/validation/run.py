@@ -10,7 +10,7 @@ import numpy as np
 from borecheck.core.text import printable
 from borecheck.validation.catalogue import all_checks, find_check
 from borecheck.validation.codes import codes_of
-from borecheck.validation.config import Settings, find_settings, options_with
+from borecheck.validation.config import ValidationSettings, find_settings, options_with
 from borecheck.validation.findings import Finding, Severity
 from borecheck.validation.load import Loaded, load_file, load_text
 from borecheck.validation.options import Options
@@ -63,7 +63,7 @@ def validate_file(
         "closed_form": closed_form,
         **more,
     }
-    settings = Settings()
+    settings = ValidationSettings()
     if configured:
         settings = find_settings(Path(path).absolute().parent)
     return check_file(Path(path), options_with(settings, given))
@@ -124,9 +124,9 @@ def findings_of(loaded: Loaded, options: Options) -> list[Finding]:
     with np.errstate(all="ignore"):
         for check in sorted(all_checks(), key=lambda check: check.stage == "last"):
             if options.wants(check.code) and _is_due(check, robot):
-                told = _findings(check, robot)
-                robot.has_errors |= any(f.severity is Severity.ERROR for f in told)
-                found += [f for f in told if not any(s.covers(f) for s in suppressions)]
+                new = _findings(check, robot)
+                robot.has_errors |= any(f.severity is Severity.ERROR for f in new)
+                found += [f for f in new if not any(s.covers(f) for s in suppressions)]
     return sorted(found, key=lambda f: (f.file, f.line, f.code, f.element))
 
 

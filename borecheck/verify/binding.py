@@ -129,8 +129,8 @@ def _pairs(document: Mapping[str, Any], content: Mapping[str, Any]) -> Iterator[
         asked = {frozenset((r[one], r[other])): r for r in content[kind]}
         for pair in sorted(found.keys() ^ asked.keys(), key=sorted):
             both = " and ".join(names[i] for i in sorted(pair) if i < len(names))
-            told = "states" if pair in found else "lacks"
-            yield f"{both}: it {told} them under {kind}"
+            says = "states" if pair in found else "lacks"
+            yield f"{both}: it {says} them under {kind}"
         for pair in sorted(found.keys() & asked.keys(), key=sorted):
             both = " and ".join(names[i] for i in sorted(pair) if i < len(names))
             what = "margin" if kind == "pairs" else "corridor"

@@ -171,8 +171,8 @@ class _Checker:
         everything: list[Claim] = [*self.stated.pairs, *self.stated.passages]
         for ask in (self._consistent, self._true):
             if not problems:
-                told = (text for one in everything for text in self._asked(ask, one))
-                problems = list(islice(told, MOST_PROBLEMS))
+                found = (text for one in everything for text in self._asked(ask, one))
+                problems = list(islice(found, MOST_PROBLEMS))
         corridors = [] if problems else self.stated.passages
         return Verification(
             not problems,
@@ -180,7 +180,7 @@ class _Checker:
             self.checked,
             len(everything),
             self._names(self.allowed & self.required),
-            tuple(self._told(passage) for passage in corridors),
+            tuple(self._limits_of(passage) for passage in corridors),
             self._names(self._all_within() - self.required),
         )
 
@@ -199,7 +199,7 @@ class _Checker:
             (self.bodies[i].name, self.bodies[j].name) for i, j in sorted(pairs)
         )
 
-    def _told(self, passage: Passage) -> str:
+    def _limits_of(self, passage: Passage) -> str:
         a, b = self.bodies[passage.moving], self.bodies[passage.standing]
         return f"{a.name} in {b.name} {StatedCorridor(passage, b.mesh.corners)}"
 

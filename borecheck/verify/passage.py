@@ -48,10 +48,10 @@ class StatedCorridor:
         middle = patient.mean(axis=1)
         reach = np.linalg.norm(patient - middle[:, None], axis=2).max(axis=1)
         # no point of a triangle is nearer to the line than this
-        self.nearest = self._told(middle)[1] - reach - ROUNDING
+        self.nearest = self._depth_and_aside(middle)[1] - reach - ROUNDING
         self.patient = patient
 
-    def _told(self, points: Array) -> tuple[Array, Array]:
+    def _depth_and_aside(self, points: Array) -> tuple[Array, Array]:
         """Depth and distance aside of points (..., 3)."""
         depth = (points - self.entry) @ self.axis
         across = points - self.entry - depth[..., None] * self.axis
@@ -67,7 +67,7 @@ class StatedCorridor:
 
         The width is measured about its own middle, seen along the line.
         """
-        depth, _ = self._told(needle)
+        depth, _ = self._depth_and_aside(needle)
         deepest = float(depth.max())
         inside = depth.max(axis=1) + moved > -self.slack
         if not inside.any():
@@ -79,7 +79,7 @@ class StatedCorridor:
 
     def why_not(self, needle: Array, moved: float) -> str:
         """What is wrong with a needle's triangles (m, 3, 3), moved so far; or ""."""
-        depth, aside = self._told(needle)
+        depth, aside = self._depth_and_aside(needle)
         grow = moved + ROUNDING
         low, high = depth.min(axis=1) - grow, depth.max(axis=1) + grow
         wide, near = aside.max(axis=1) + grow, -self.slack

@@ -197,8 +197,8 @@ def check_frame(document: Mapping[str, Any]) -> None:
         )
     record(document, "the certificate", _TOP, ("about",))
     content = {name: value for name, value in document.items() if name != "sha256"}
-    told = json.dumps(content, sort_keys=True, separators=(",", ":"))
-    if hashlib.sha256(told.encode()).hexdigest() != document["sha256"]:
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    if hashlib.sha256(canonical.encode()).hexdigest() != document["sha256"]:
         raise Rejected("its content does not have the hash it states")
     if type(document["versions"]) is not dict:
         raise Rejected("versions is no record")

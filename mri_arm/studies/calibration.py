@@ -47,7 +47,7 @@ THIRD = 2.0 * np.pi / 3.0
 
 
 @dataclass(frozen=True)
-class Case:
+class CalibrationCase:
     """One simulated way to calibrate.
 
     Attributes:
@@ -81,7 +81,7 @@ class Estimates:
         iterations: Gauss-Newton steps, (r, 6).
     """
 
-    case: Case
+    case: CalibrationCase
     values: Array
     true: Array
     iterations: NDArray[np.int64]
@@ -93,7 +93,7 @@ class Estimates:
 
 
 @dataclass(frozen=True)
-class Interval:
+class ConfidenceInterval:
     """A figure with its 95 % confidence interval."""
 
     value: float
@@ -101,16 +101,16 @@ class Interval:
     upper: float
 
 
-def camera_cases() -> tuple[Case, ...]:
+def camera_cases() -> tuple[CalibrationCase, ...]:
     """Section 4, Fig. 7: 21, 42, 98, 182 samples; 182 with the better camera."""
-    cases = [Case(str(n), (n,) * 6, voxels()) for n in (21, 42, 98, 182)]
-    return (*cases, Case("182/0.75", (182,) * 6, voxels(0.75)))
+    cases = [CalibrationCase(str(n), (n,) * 6, voxels()) for n in (21, 42, 98, 182)]
+    return (*cases, CalibrationCase("182/0.75", (182,) * 6, voxels(0.75)))
 
 
-def laser_case(sigmas: float = 3.0) -> Case:
+def laser_case(sigmas: float = 3.0) -> CalibrationCase:
     """Section 4: 42 samples for joints 1 and 2, 21 for the others, +-0.036 mm."""
     reading = "3 sigma" if sigmas else "even"
-    return Case(
+    return CalibrationCase(
         f"laser, {reading}",
         (42, 42, 21, 21, 21, 21),
         {"": LaserTracker(sigmas=sigmas)},
@@ -161,7 +161,7 @@ def lines_of(values: Array) -> Lines:
 
 
 def run(
-    case: Case, true: Array, repetitions: int, rng: np.random.Generator
+    case: CalibrationCase, true: Array, repetitions: int, rng: np.random.Generator
 ) -> Estimates:
     """Calibrations of one arm, each with its own variation, pulses and noise.
 
@@ -189,7 +189,11 @@ def run(
 
 
 def _sweeps(
-    case: Case, lines: Lines, i: int, repetitions: int, rng: np.random.Generator
+    case: CalibrationCase,
+    lines: Lines,
+    i: int,
+    repetitions: int,
+    rng: np.random.Generator,
 ) -> Array:
     """True places of the target while joint i turns, (r, n, 3)."""
     arm = nominal_arm()
@@ -206,7 +210,7 @@ def _sweeps(
     return turned(lines, i, q.ravel(), flat).reshape(repetitions, n, 3)
 
 
-def _attitude(case: Case, i: int) -> Array:
+def _attitude(case: CalibrationCase, i: int) -> Array:
     """How the other joints stand, (6,), [rad]."""
     if not case.best_attitude:
         return np.zeros(6)
@@ -214,14 +218,14 @@ def _attitude(case: Case, i: int) -> Array:
     return attitude(arm, i, np.add(arm.T_world_tip[:3, 3], TARGET))
 
 
-def _bases(case: Case, i: int) -> Array:
+def _bases(case: CalibrationCase, i: int) -> Array:
     if case.full_circle:
         return np.array([-THIRD, 0.0, THIRD])
     arm = nominal_arm()
     return base_points(arm.lower[i], arm.upper[i], np.radians(case.variation_deg))
 
 
-def deviations(estimates: Estimates) -> dict[str, Interval]:
+def deviations(estimates: Estimates) -> dict[str, ConfidenceInterval]:
     """Standard deviation of every parameter with its interval, [m] and [rad].
 
     For even or rounded noise the chi-square interval of a normal one is a guide.
@@ -233,17 +237,17 @@ def deviations(estimates: Estimates) -> dict[str, Interval]:
     low = np.sqrt((r - 1) / chi2.ppf(0.975, r - 1))
     high = np.sqrt((r - 1) / chi2.ppf(0.025, r - 1))
     return {
-        n: Interval(float(x), float(x * low), float(x * high))
+        n: ConfidenceInterval(float(x), float(x * low), float(x * high))
         for n, x in zip(NAMES, s, strict=True)
     }
 
 
-def biases(estimates: Estimates) -> dict[str, Interval]:
+def biases(estimates: Estimates) -> dict[str, ConfidenceInterval]:
     """Mean error of every parameter with its interval, [m] and [rad]."""
     e = estimates.errors
     half = 1.96 * e.std(axis=0, ddof=1) / np.sqrt(len(e))
     return {
-        n: Interval(float(m), float(m - h), float(m + h))
+        n: ConfidenceInterval(float(m), float(m - h), float(m + h))
         for n, m, h in zip(NAMES, e.mean(axis=0), half, strict=True)
     }
 
@@ -301,7 +305,7 @@ def convergence(
         start: "nominal" as in the paper, or "points".
         rng: Source of the arms and the samples.
     """
-    case = Case("exact", (21,) * 6, variation_deg=4.0, encoder_pulses=False)
+    case = CalibrationCase("exact", (21,) * 6, variation_deg=4.0, encoder_pulses=False)
     truth = np.array([true_parameters(rng, length, angle) for _ in range(arms)])
     seen = np.empty((arms, 6, 21, 3))
     for a in range(arms):
@@ -345,7 +349,7 @@ def _right(points: Array, directions: Array, truth: Array) -> NDArray[np.bool_]:
 
 
 def held_out_errors(
-    case: Case, rng: np.random.Generator, poses: int = 50
+    case: CalibrationCase, rng: np.random.Generator, poses: int = 50
 ) -> tuple[float, float]:
     """Tip error at poses not used: axis by axis, and refined from it, rms [m].
 

@@ -37,7 +37,7 @@ ROLLS = tuple(2.0 * np.pi * k / 12 for k in range(12))
 
 
 @dataclass(frozen=True)
-class Place:
+class BasePlace:
     """A place of the base in the scanner's frame.
 
     Attributes:
@@ -68,7 +68,7 @@ class Reached:
         clear: And the arm touches neither magnet, table, coil, patient nor itself.
     """
 
-    place: Place
+    place: BasePlace
     entries: int
     reachable: int
     regular: int
@@ -80,9 +80,11 @@ class Reached:
         return self.clear / self.entries
 
 
-def places(xs: Iterable[float], ys: Iterable[float]) -> list[Place]:
+def places(xs: Iterable[float], ys: Iterable[float]) -> list[BasePlace]:
     """Places outside the 2 mT line, the forearm pointing at the image centre."""
-    grid = [Place(float(x), float(y), float(np.arctan2(x, -y))) for y in ys for x in xs]
+    grid = [
+        BasePlace(float(x), float(y), float(np.arctan2(x, -y))) for y in ys for x in xs
+    ]
     return [place for place in grid if place.distance >= NEAREST_BASE]
 
 
@@ -102,7 +104,7 @@ def directions(normal: Array, cone: float) -> Array:
 
 
 def reach(
-    place: Place,
+    place: BasePlace,
     entries: EntryPoints,
     scene: Scene,
     *,
@@ -174,7 +176,7 @@ def is_regular(q: Array) -> bool:
 
 
 def study(
-    candidates: Sequence[Place],
+    candidates: Sequence[BasePlace],
     count: int = 60,
     cone: float = 0.0,
     needle_mount: str = "along",

@@ -95,10 +95,10 @@ def mutations(tally: Tally, rng: np.random.Generator, case: Case, other: Case) -
 def touching(tally: Tally, rng: np.random.Generator) -> None:
     """All lies about one motion that touches, with and without its meshes thinned."""
     case = problems.touching(rng)
-    for kind, document in lies.told(case):
+    for kind, document in lies.forged(case):
         tally.false(f"lie {kind}", tally.asked(f"lie: {kind}", document, case.meshes))
     thin = [(v, t[:-2]) for v, t in case.meshes]
-    document = next(lies.told(case))[1]
+    document = next(lies.forged(case))[1]
     tally.false("thinned", tally.asked("lie: thinned meshes", document, thin))
     for kind, document, meshes in lies.hidden(rng):
         found = tally.asked(f"lie: hidden {kind}", document, meshes)
@@ -183,20 +183,20 @@ def lines(tally: Tally) -> list[str]:
     groups: Counter[str] = Counter()
     for kind, number in tally.kinds.items():
         groups[kind.split(" ")[0].rstrip(":")] += number
-    told = [f"asked: {', '.join(f'{n} {k}' for k, n in sorted(groups.items()))}"]
+    lines = [f"asked: {', '.join(f'{n} {k}' for k, n in sorted(groups.items()))}"]
     for name in ("forged or malformed", "accepted", "tracebacks", "hangs"):
-        told.append(f"{name}: {tally.counts[name]}")
-    told += [f"{k}: {n}" for k, n in sorted(tally.counts.items()) if "true" in k]
-    told.append(
+        lines.append(f"{name}: {tally.counts[name]}")
+    lines += [f"{k}: {n}" for k, n in sorted(tally.counts.items()) if "true" in k]
+    lines.append(
         "... and taken for the same when bound: "
         f"{tally.counts['... and taken for the same when bound']}"
     )
-    told.append(
+    lines.append(
         f"honest: {tally.counts['honest']}, each by itself and bound; "
         f"refused: {tally.counts['honest refused']}"
     )
-    told.append(f"longest answer: {tally.longest:.2f} s of processor time")
-    return [*told, *tally.wrong[:20]]
+    lines.append(f"longest answer: {tally.longest:.2f} s of processor time")
+    return [*lines, *tally.wrong[:20]]
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -295,15 +295,15 @@ LIES: tuple[Lie, ...] = (
 )  # fmt: skip
 
 
-def told(case: Case) -> Iterator[tuple[str, Document]]:
+def forged(case: Case) -> Iterator[tuple[str, Document]]:
     """Every lie about a motion that touches."""
     document, wrong = truthful(case)
     for lie in LIES:
-        told = copy.deepcopy(document)
-        lie(told, wrong)
-        for record in told["pairs"]:
+        lying = copy.deepcopy(document)
+        lie(lying, wrong)
+        for record in lying["pairs"]:
             record.pop("unproven", None)
-        yield lie.__name__, renewed(told)
+        yield lie.__name__, renewed(lying)
     yield "skipped", _skipped(case)
 
 

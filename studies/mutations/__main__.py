@@ -147,12 +147,12 @@ def run(
             running.append((mutant, _asked(mutant, state, texts)))
         for mutant, child in running:
             try:
-                told = child.wait(poll=0.1)
+                answer = child.wait(poll=0.1)
             except TimeoutError:
                 continue
             running.remove((mutant, child))
             done += 1
-            _settle(mutant, told, state)
+            _settle(mutant, answer, state)
             _tell(f"{done} asked, {len(waiting)} to come")
             break
 
@@ -178,10 +178,10 @@ def _cost(mutant: Mutant, state: State, texts: dict[str, str]) -> float:
     return sum(test.seconds for test in _tests_of(mutant, state, texts))
 
 
-def _settle(mutant: Mutant, told: dict[str, Any] | None, state: State) -> None:
-    if told is not None and not told["noticed"]:
+def _settle(mutant: Mutant, answer: dict[str, Any] | None, state: State) -> None:
+    if answer is not None and not answer["noticed"]:
         return
-    by = "no end, or a crash" if told is None else told["by"]
+    by = "no end, or a crash" if answer is None else answer["by"]
     state.noticed[mutant.module, mutant.number] = by
     state.keep({"module": mutant.module, "number": mutant.number, "by": by})
 

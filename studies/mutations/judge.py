@@ -209,12 +209,12 @@ def record(files: Sequence[str], modules: Iterable[str]) -> list[KnownTest]:
         ]
         return {"failed": recorder.failed or clock.failed, "tests": found}
 
-    told = Child(run, 3600.0).wait()
-    if told is None or told["failed"]:
+    answer = Child(run, 3600.0).wait()
+    if answer is None or answer["failed"]:
         raise RuntimeError(f"a test fails without any mutation: {', '.join(files)}")
     return [
         KnownTest(name, seconds, {m: frozenset(lines) for m, lines in hit.items()})
-        for name, seconds, hit in told["tests"]
+        for name, seconds, hit in answer["tests"]
     ]
 
 
@@ -280,9 +280,9 @@ def _alone(run: Callable[[], dict[str, Any]], writing: int, seconds: float) -> N
         nowhere = os.open(os.devnull, os.O_RDWR)
         for stream in (0, 1, 2):
             os.dup2(nowhere, stream)
-        told = json.dumps(run())
+        answer = json.dumps(run())
         with os.fdopen(writing, "w") as pipe:
-            pipe.write(told)
+            pipe.write(answer)
         status = 0
     except BaseException:
         traceback.print_exc()

@@ -10,7 +10,7 @@ import pytest
 import borecheck as bc
 from borecheck.errors import BorecheckError, UnknownNameError
 from borecheck.geometry.mesh_files.reading import read_mesh
-from borecheck.robots import generated_meshes as mesh_store
+from borecheck.robots import generated_meshes
 from borecheck.robots.description import installed
 from borecheck.robots.generated_meshes import mesh_folder
 from borecheck.robots.robot import complete_arguments
@@ -50,7 +50,7 @@ def test_another_shape_is_generated_once(gantry, store, monkeypatch):
     assert (folder / "complete").is_file()
     shipped = {path.name for path in gantry.shipped.glob("*.stl")}
     assert {path.name for path in folder.glob("*.stl")} == shipped
-    monkeypatch.setattr(mesh_store, "_generate", None)
+    monkeypatch.setattr(generated_meshes, "_generate", None)
     assert mesh_folder(gantry, "coarse", wide) == folder
     # an argument that shapes nothing shares the meshes
     tilted = arguments(gantry, bore="0.85", tilt="5deg")
@@ -96,7 +96,7 @@ def test_a_damaged_mesh_is_named_not_skipped(gantry, store):
 
 
 def test_nothing_half_written_when_writing_fails(gantry, store, monkeypatch):
-    real, written = mesh_store.write_stl, []
+    real, written = generated_meshes.write_stl, []
 
     def full_disk(path, mesh):
         if written:
@@ -104,7 +104,7 @@ def test_nothing_half_written_when_writing_fails(gantry, store, monkeypatch):
         written.append(path)
         real(path, mesh)
 
-    monkeypatch.setattr(mesh_store, "write_stl", full_disk)
+    monkeypatch.setattr(generated_meshes, "write_stl", full_disk)
     with pytest.raises(BorecheckError, match="No space left"):
         mesh_folder(gantry, "coarse", arguments(gantry, bore="850mm"))
     assert written
@@ -150,10 +150,10 @@ def test_another_generator_makes_another_folder(gantry, store):
     wide = arguments(gantry, bore="850mm")
     other = replace(gantry, meshes="zerobot.meshes:build")
     shaping = {"bore": "0.85"}
-    assert mesh_store._key(gantry, "coarse", shaping) != mesh_store._key(
+    assert generated_meshes._key(gantry, "coarse", shaping) != generated_meshes._key(
         other, "coarse", shaping
     )
-    assert mesh_folder(gantry, "coarse", wide).name == mesh_store._key(
+    assert mesh_folder(gantry, "coarse", wide).name == generated_meshes._key(
         gantry,
         "coarse",
         {n: wide[n] for n, a in gantry.arguments.items() if a.shapes},

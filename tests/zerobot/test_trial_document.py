@@ -13,8 +13,8 @@ from zerobot.trials.bench import Setup
 from zerobot.trials.document import document
 from zerobot.trials.errors import Sources
 from zerobot.trials.monte_carlo import Experiment
-from zerobot.trials.published import Approach
-from zerobot.trials.run import KINDS, Case, Options, Study, examine
+from zerobot.trials.published import PublishedApproach
+from zerobot.trials.run import KINDS, ExaminedApproach, Study, StudyOptions, examine
 from zerobot.trials.text import trials_text
 
 REPETITIONS = 20
@@ -31,12 +31,14 @@ def study() -> Study:
     """P3 Z (0,15), a published miss, and an approach that is out of reach."""
     sources = Sources()
     frame4 = replace(sources, level_parts="frame4")
-    missed = Approach("P3", "Z", 0, 15)
+    missed = PublishedApproach("P3", "Z", 0, 15)
     with pytest.MonkeyPatch.context() as patch:  # its own test is in test_trials.py
         patch.setattr(trial_run, "reach", lambda bench, setup, kind: REACH[kind])
         solved = examine(Experiment(sources), Experiment(frame4), missed, aim=False)
-    setup = Setup(Approach("P1", "Y", 0, 0), 0.0, 1.0, {}, np.inf, "the joint limit")
-    lost = Case(
+    setup = Setup(
+        PublishedApproach("P1", "Y", 0, 0), 0.0, 1.0, {}, np.inf, "the joint limit"
+    )
+    lost = ExaminedApproach(
         setup,
         {
             d: replace(o, trial=setup.approach.trial(d), setup=setup, verdicts={})
@@ -48,7 +50,7 @@ def study() -> Study:
     )
     rng = np.random.default_rng(0)
     clear = np.array([[[25.0, 15.0]]]) + rng.normal(0.0, 1.0, (REPETITIONS, 1, 1))
-    options = Options(aim=False, samples=REPETITIONS)
+    options = StudyOptions(aim=False, samples=REPETITIONS)
     return Study(options, sources, (lost, solved), clear)
 
 

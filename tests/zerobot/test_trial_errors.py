@@ -27,8 +27,8 @@ from zerobot.trials.monte_carlo import (
     real_stops,
     undisturbed,
 )
-from zerobot.trials.published import Approach
-from zerobot.trials.run import Options, _append_state, _key, _read_state
+from zerobot.trials.published import PublishedApproach
+from zerobot.trials.run import StudyOptions, _append_state, _key, _read_state
 
 SILENT = Sources(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -41,7 +41,7 @@ def experiment() -> Experiment:
 @pytest.fixture(scope="module")
 def setup(experiment: Experiment) -> Setup:
     bench = Bench(experiment.real, experiment.scene)
-    found = set_up(bench, Approach("P2", "Z", 30, 15), aim=False)
+    found = set_up(bench, PublishedApproach("P2", "Z", 30, 15), aim=False)
     assert found.unreachable is None
     return found
 
@@ -147,8 +147,8 @@ def test_interval_is_exact_at_the_ends() -> None:
 
 def test_state_file_keeps_chunks_and_refuses_another_study(tmp_path: Path) -> None:
     file = tmp_path / "state.jsonl"
-    key = _key(Options(), Sources(), [])
-    other = _key(Options(seed=1), Sources(), [])
+    key = _key(StudyOptions(), Sources(), [])
+    other = _key(StudyOptions(seed=1), Sources(), [])
     assert key != other
     values = np.array([[[25.1, 15.2]]])
     _append_state(file, key, 3, values)

@@ -23,7 +23,7 @@ from zerobot.trials.bench import (
 from zerobot.trials.published import (
     DISTANCES_MM,
     POSTURES_DEG,
-    Approach,
+    PublishedApproach,
     Trial,
     approaches,
     trials,
@@ -63,7 +63,7 @@ def test_misses_are_where_the_papers_have_them() -> None:
 def test_expected_verdict_follows_from_the_margin() -> None:
     assert Trial("P1", "Y", 0, 0, 25).expected == "clear"
     assert Trial("P1", "Y", 0, 0, 15).expected == "contact"
-    assert Trial("P1", "Y", 0, 0, 15).approach == Approach("P1", "Y", 0, 0)
+    assert Trial("P1", "Y", 0, 0, 15).approach == PublishedApproach("P1", "Y", 0, 0)
 
 
 @pytest.mark.parametrize("mount", ["+90", "-90"])
@@ -105,13 +105,15 @@ def test_curved_approach_is_solved() -> None:
 @pytest.mark.parametrize(
     "approach",
     [
-        Approach("P1", "Y", 0, 0),
-        Approach("P2", "Z", 30, 15),
-        Approach("P3", "Z", -30, -15),
+        PublishedApproach("P1", "Y", 0, 0),
+        PublishedApproach("P2", "Z", 30, 15),
+        PublishedApproach("P3", "Z", -30, -15),
     ],
     ids=str,
 )
-def test_stops_are_at_the_measured_distance(bench: Bench, approach: Approach) -> None:
+def test_stops_are_at_the_measured_distance(
+    bench: Bench, approach: PublishedApproach
+) -> None:
     found = set_up(bench, approach, aim=False)
     assert found.unreachable is None
     moved = []
@@ -132,7 +134,7 @@ def test_stops_are_at_the_measured_distance(bench: Bench, approach: Approach) ->
 
 
 def test_aim_brings_the_goal_point_nearer(bench: Bench) -> None:
-    approach = Approach("P1", "Z", 0, 0)
+    approach = PublishedApproach("P1", "Z", 0, 0)
     literal = set_up(bench, approach, aim=False)
     aimed = set_up(bench, approach)
     assert literal.shift == 0.0
@@ -146,7 +148,7 @@ def test_out_of_reach_says_why(bench: Bench) -> None:
     away[0, 3] = 5.0
     far = tuple(replace(o, mesh=o.mesh.moved(away)) for o in bench.scene.obstacles)
     empty = Bench(bench.robot, replace(bench.scene, obstacles=far))
-    found = set_up(empty, Approach("P1", "Y", 0, 15), aim=False)
+    found = set_up(empty, PublishedApproach("P1", "Y", 0, 15), aim=False)
     assert found.stops == {}
     assert found.unreachable == "the joint limit comes before 25 mm"
     assert outcome(empty, found, 25).verdicts == {}
@@ -154,7 +156,7 @@ def test_out_of_reach_says_why(bench: Bench) -> None:
 
 def test_true_offset_is_right_and_body_axes_alarm_at_25_mm(bench: Bench) -> None:
     """Tilted towards a slanting wall the 20 mm volume reaches 25 to 35 mm."""
-    found = set_up(bench, Approach("P1", "Y", 0, 15), aim=False)
+    found = set_up(bench, PublishedApproach("P1", "Y", 0, 15), aim=False)
     said = {d: outcome(bench, found, d).verdicts for d in DISTANCES_MM}
     assert set(said[25]) == set(QUESTIONS)
     assert said[25][("exact", "offset")] == "clear"
@@ -171,8 +173,8 @@ def test_true_offset_is_right_and_body_axes_alarm_at_25_mm(bench: Bench) -> None
 def test_32_approaches_in_the_order_of_the_tables() -> None:
     told = approaches()
     assert len(told) == 32
-    assert told[0] == Approach("P1", "Y", 0, 0)
+    assert told[0] == PublishedApproach("P1", "Y", 0, 0)
     assert [a for a in told if a.axis == "X"] == [
-        Approach("P2", "X", 0, 15),
-        Approach("P2", "X", 30, 15),
+        PublishedApproach("P2", "X", 0, 15),
+        PublishedApproach("P2", "X", 30, 15),
     ]

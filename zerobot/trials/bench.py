@@ -21,7 +21,7 @@ from borecheck.contact.verdict import Closest
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 from zerobot.inverse import broken_limits, remote_centre
-from zerobot.trials.published import DISTANCES_MM, MARGIN_MM, Approach, Trial
+from zerobot.trials.published import DISTANCES_MM, MARGIN_MM, PublishedApproach, Trial
 
 Array = NDArray[np.float64]
 
@@ -89,7 +89,7 @@ class Setup:
         unreachable: Why there are no stops, or None.
     """
 
-    approach: Approach
+    approach: PublishedApproach
     shift: float
     sign: float
     stops: dict[int, Stop]
@@ -139,7 +139,7 @@ def posture(q4_deg: float, q5_deg: float, mount: str = "+90") -> Array:
     return remote_centre(np.zeros(6), *turn, mount=mount)
 
 
-def set_up(bench: Bench, approach: Approach, *, aim: bool = True) -> Setup:
+def set_up(bench: Bench, approach: PublishedApproach, *, aim: bool = True) -> Setup:
     """The stops of one approach, solved on the true distance to 0.1 um.
 
     Args:
@@ -154,7 +154,9 @@ def set_up(bench: Bench, approach: Approach, *, aim: bool = True) -> Setup:
     return _at_shift(bench, approach, shift, sign, goal, DISTANCES_MM)
 
 
-def _aimed(bench: Bench, approach: Approach, sign: float, goal: Array) -> float:
+def _aimed(
+    bench: Bench, approach: PublishedApproach, sign: float, goal: Array
+) -> float:
     """The shift across the approach that brings the goal point nearest."""
     last = DISTANCES_MM[-1:]
     best = _at_shift(bench, approach, 0.0, sign, goal, last)
@@ -233,7 +235,7 @@ def solve_stop(
 
 def _at_shift(
     bench: Bench,
-    approach: Approach,
+    approach: PublishedApproach,
     shift: float,
     sign: float,
     goal: Array,
@@ -268,7 +270,7 @@ def _at_shift(
 
 
 def _track(
-    bench: Bench, approach: Approach, shift: float, sign: float
+    bench: Bench, approach: PublishedApproach, shift: float, sign: float
 ) -> tuple[Callable[[float], Array], tuple[float, float]]:
     """The configuration by travel along the approach, and its joint's limits."""
     q = posture(approach.q4_deg, approach.q5_deg, bench.robot.arguments["mount"])

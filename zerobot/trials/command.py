@@ -64,14 +64,14 @@ def run(args: argparse.Namespace) -> int:
     from borecheck.report.document import header
     from zerobot.trials.document import document
     from zerobot.trials.errors import ALUMINIUM, CARBON, Sources
-    from zerobot.trials.run import Options
+    from zerobot.trials.run import StudyOptions
     from zerobot.trials.run import run as study
     from zerobot.trials.text import trials_text
 
     if args.samples < 0 or args.jobs < 0 or args.seed < 0:
         raise UsageError("--samples, --jobs and --seed are 0 or more")
     announce_compilation()
-    options = Options(
+    options = StudyOptions(
         mount=args.mount,
         level=args.level,
         aim=not args.literal,

@@ -22,7 +22,7 @@ from zerobot.trials.fit import (
 )
 from zerobot.trials.monte_carlo import interval
 from zerobot.trials.published import DISTANCES_MM, MARGIN_MM, approaches
-from zerobot.trials.run import KINDS, Case, Study
+from zerobot.trials.run import KINDS, ExaminedApproach, Study
 from zerobot.trials.sections import sections, summary
 
 Array = NDArray[np.float64]
@@ -75,13 +75,15 @@ def _numbers(study: Study) -> dict[str, Any]:
     }
 
 
-def _trial(case: Case, distance_mm: int, chance: float | None) -> dict[str, Any]:
+def _trial(
+    case: ExaminedApproach, distance_mm: int, chance: float | None
+) -> dict[str, Any]:
     found = case.outcomes[distance_mm]
     trial, setup = found.trial, case.setup
     by_kind: dict[str, dict[str, str]] = {kind: {} for _, kind in QUESTIONS}
     for (checker, kind), verdict in found.verdicts.items():
         by_kind[kind][checker] = verdict
-    told = {
+    row = {
         "point": trial.point,
         "axis": trial.axis,
         "q4_deg": trial.q4_deg,
@@ -96,10 +98,10 @@ def _trial(case: Case, distance_mm: int, chance: float | None) -> dict[str, Any]
         "shift_mm": 1e3 * setup.shift,
     }
     if setup.unreachable is not None or case.effects is None:
-        return told
+        return row
     stop = setup.stops[distance_mm]
     normal = case.effects.normal
-    return told | {
+    return row | {
         "q": _positions(case, distance_mm),
         "true_distance_mm": 1e3 * stop.closest.distance,
         "closest": {
@@ -122,7 +124,7 @@ def _trial(case: Case, distance_mm: int, chance: float | None) -> dict[str, Any]
     }
 
 
-def _reason(case: Case, distance_mm: int) -> str | None:
+def _reason(case: ExaminedApproach, distance_mm: int) -> str | None:
     """Why the enlarged volume's verdict is not as expected, if it is not."""
     found = case.outcomes[distance_mm]
     expected = found.trial.expected
@@ -142,7 +144,7 @@ def _reason(case: Case, distance_mm: int) -> str | None:
     return "; ".join(wrong) or None
 
 
-def _nominal(cases: Sequence[Case]) -> list[dict[str, Any]]:
+def _nominal(cases: Sequence[ExaminedApproach]) -> list[dict[str, Any]]:
     """Right verdicts of every checker under every margin, without any error."""
     rows = []
     for checker, kind in QUESTIONS:
@@ -167,7 +169,7 @@ def _nominal(cases: Sequence[Case]) -> list[dict[str, Any]]:
     return rows
 
 
-def _agree(cases: Sequence[Case]) -> bool:
+def _agree(cases: Sequence[ExaminedApproach]) -> bool:
     return all(
         verdict == found.verdicts[("exact", kind)]
         for case in cases
@@ -177,17 +179,17 @@ def _agree(cases: Sequence[Case]) -> bool:
     )
 
 
-def _name(case: Case) -> str:
+def _name(case: ExaminedApproach) -> str:
     a = case.setup.approach
     return f"{a.point} {a.axis} ({a.q4_deg},{a.q5_deg}): {case.setup.unreachable}"
 
 
-def _stop_name(case: Case, distance_mm: int) -> str:
+def _stop_name(case: ExaminedApproach, distance_mm: int) -> str:
     a = case.setup.approach
     return f"{a.point} {a.axis} ({a.q4_deg},{a.q5_deg}) {distance_mm} mm"
 
 
-def _positions(case: Case, distance_mm: int) -> dict[str, float]:
+def _positions(case: ExaminedApproach, distance_mm: int) -> dict[str, float]:
     q = case.setup.stops[distance_mm].q
     return dict(zip(JOINTS, (float(v) for v in q), strict=True))
 
@@ -282,7 +284,7 @@ def _fits(effects: Sequence[Effects], sources: Sources) -> list[dict[str, Any]]:
 
 
 def _margins(
-    study: Study, effects: Sequence[Effects], reached: Sequence[Case]
+    study: Study, effects: Sequence[Effects], reached: Sequence[ExaminedApproach]
 ) -> dict[str, Any]:
     """Which margin would have worked, and how far the enlarged volumes reach."""
     rng = np.random.default_rng([study.options.seed, 3])
@@ -315,8 +317,8 @@ def _rate_margin() -> dict[str, float]:
     """
     from scipy.stats import norm
 
-    told = [a.trial(15).published_ok for a in approaches()]
-    missed = 1.0 - sum(told) / len(told)
+    published = [a.trial(15).published_ok for a in approaches()]
+    missed = 1.0 - sum(published) / len(published)
     spread = 2.6  # mm
     mean = FLIP_MM - spread * float(norm.isf(missed))
     tail = float(norm.isf(1e-3))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zerobot.trials.errors import Sources
-from zerobot.trials.published import MARGIN_MM, Approach
+from zerobot.trials.published import MARGIN_MM, PublishedApproach
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Effects:
         rods_mm: Error by rods placed with the whole of W_T_4, [mm].
     """
 
-    approach: Approach
+    approach: PublishedApproach
     normal: Array
     bending_mm: float
     rods_mm: float
@@ -46,7 +46,7 @@ class Effects:
 
 
 @dataclass(frozen=True)
-class Fit:
+class FamilyFit:
     """A family of disturbances fitted to the published table.
 
     Attributes:
@@ -155,7 +155,7 @@ def log_likelihood(mean_mm: Array, spread: Array, missed: NDArray[np.bool_]) -> 
 
 def maximum_likelihood(
     family: str, effects: Sequence[Effects], sources: Sources
-) -> Fit:
+) -> FamilyFit:
     """The most likely parameters of a family, given the published table."""
     from scipy.optimize import minimize  # 0.5 s, and only studies need it
     from scipy.stats import norm
@@ -171,7 +171,7 @@ def maximum_likelihood(
     found = minimize(cost, np.zeros(A.shape[1]), method="L-BFGS-B")
     mean = A @ found.x
     chance = norm.sf((FLIP_MM - mean) / spread)
-    return Fit(
+    return FamilyFit(
         family,
         dict(zip(names, (float(v) for v in found.x), strict=True)),
         log_likelihood(mean, spread, missed),

@@ -15,7 +15,7 @@ MARGIN_MM = 20
 """Section 4.1: "enlarged with 20mm size along each axis"."""
 
 AXES = {"P1": ("Y", "Z"), "P2": ("X", "Z"), "P3": ("Y", "Z")}
-"""Approach axes of every goal point, section 4.1."""
+"""PublishedApproach axes of every goal point, section 4.1."""
 
 # Table 3: "the condition that upper cover contacts point P2 is limited".
 MEASURED_P2_X = ((0, 15), (30, 15))
@@ -66,13 +66,13 @@ class Trial:
         return cell not in MISSED_AT_15_MM
 
     @property
-    def approach(self) -> "Approach":
+    def approach(self) -> "PublishedApproach":
         """The motion this trial is a stop of."""
-        return Approach(self.point, self.axis, self.q4_deg, self.q5_deg)
+        return PublishedApproach(self.point, self.axis, self.q4_deg, self.q5_deg)
 
 
 @dataclass(frozen=True, order=True)
-class Approach:
+class PublishedApproach:
     """One motion towards the gantry: stops at 25 mm, then at 15 mm."""
 
     point: str
@@ -85,10 +85,10 @@ class Approach:
         return Trial(self.point, self.axis, self.q4_deg, self.q5_deg, distance_mm)
 
 
-def approaches() -> tuple[Approach, ...]:
+def approaches() -> tuple[PublishedApproach, ...]:
     """The 32 motions in the order of the tables."""
     return tuple(
-        Approach(point, axis, *posture)
+        PublishedApproach(point, axis, *posture)
         for point, axes in AXES.items()
         for axis in axes
         for posture in POSTURES_DEG

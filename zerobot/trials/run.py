@@ -31,7 +31,7 @@ from zerobot.trials.monte_carlo import (
     run_chunk,
     undisturbed,
 )
-from zerobot.trials.published import DISTANCES_MM, Approach, approaches
+from zerobot.trials.published import DISTANCES_MM, PublishedApproach, approaches
 
 Array = NDArray[np.float64]
 Counter = Callable[[int, int], None]
@@ -41,7 +41,7 @@ KINDS = ("enlarge-axes", "enlarge-axes:world", "offset")
 
 
 @dataclass(frozen=True)
-class Options:
+class StudyOptions:
     """What the study is about.
 
     Attributes:
@@ -64,7 +64,7 @@ class Options:
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class ExaminedApproach:
     """One approach: set-up, what the checkers say at its stops, what disturbs it.
 
     Attributes:
@@ -94,13 +94,13 @@ class Study:
             approaches within reach, (samples, approaches, 2), [mm].
     """
 
-    options: Options
+    options: StudyOptions
     sources: Sources
-    cases: tuple[Case, ...]
+    cases: tuple[ExaminedApproach, ...]
     clear_mm: Array
 
 
-def run(options: Options, sources: Sources, progress: Progress) -> Study:
+def run(options: StudyOptions, sources: Sources, progress: Progress) -> Study:
     """The whole study; with a state file, finished chunks are not run again.
 
     Args:
@@ -119,8 +119,8 @@ def run(options: Options, sources: Sources, progress: Progress) -> Study:
 
 
 def examine(
-    experiment: Experiment, rods: Experiment, approach: Approach, aim: bool
-) -> Case:
+    experiment: Experiment, rods: Experiment, approach: PublishedApproach, aim: bool
+) -> ExaminedApproach:
     """Set-up, verdicts, reach and undisturbed errors of one approach.
 
     Args:
@@ -133,7 +133,7 @@ def examine(
     setup = set_up(bench, approach, aim=aim)
     outcomes = {d: outcome(bench, setup, d) for d in DISTANCES_MM}
     if setup.unreachable is not None:
-        return Case(setup, outcomes, {}, (), None)
+        return ExaminedApproach(setup, outcomes, {}, (), None)
     reached = {kind: 1e3 * reach(bench, setup, kind) for kind in KINDS}
     real = real_stops(experiment, [setup])[0]
     error = 1e3 * undisturbed(experiment, [real])[0] - DISTANCES_MM
@@ -146,7 +146,7 @@ def examine(
         float(error[1]),
         float(with_rods[1] - error[1]),
     )
-    return Case(setup, outcomes, reached, real, effects)
+    return ExaminedApproach(setup, outcomes, reached, real, effects)
 
 
 Submit = Callable[..., Any]
@@ -156,7 +156,7 @@ _worker: dict[str, Any] = {}
 
 
 @contextmanager
-def _workers(options: Options, sources: Sources) -> Iterator[Submit]:
+def _workers(options: StudyOptions, sources: Sources) -> Iterator[Submit]:
     jobs = options.jobs or os.cpu_count() or 1
     # spawned, not forked: numba and Coal hold threads
     with ProcessPoolExecutor(
@@ -169,14 +169,14 @@ def _workers(options: Options, sources: Sources) -> Iterator[Submit]:
             raise
 
 
-def _load(options: Options, sources: Sources) -> None:
+def _load(options: StudyOptions, sources: Sources) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends the study
     frame4 = Sources(**{**_fields(sources), "level_parts": "frame4"})
     _worker["experiment"] = Experiment(sources, options.mount, options.level)
     _worker["rods"] = Experiment(frame4, options.mount, options.level)
 
 
-def _examine(approach: Approach, aim: bool) -> Case:
+def _examine(approach: PublishedApproach, aim: bool) -> ExaminedApproach:
     return examine(_worker["experiment"], _worker["rods"], approach, aim)
 
 
@@ -186,10 +186,12 @@ def _chunk(
     return run_chunk(_worker["experiment"], stops, draws, rng)
 
 
-def _cases(submit: Submit, options: Options, progress: Progress) -> tuple[Case, ...]:
+def _cases(
+    submit: Submit, options: StudyOptions, progress: Progress
+) -> tuple[ExaminedApproach, ...]:
     wanted = approaches()
     tasks = {submit(_examine, a, options.aim): i for i, a in enumerate(wanted)}
-    found: dict[int, Case] = {}
+    found: dict[int, ExaminedApproach] = {}
     count = progress("approaches")
     for task in as_completed(tasks):
         found[tasks[task]] = task.result()
@@ -199,7 +201,7 @@ def _cases(submit: Submit, options: Options, progress: Progress) -> tuple[Case, 
 
 def _repetitions(
     submit: Submit,
-    options: Options,
+    options: StudyOptions,
     sources: Sources,
     stops: list[tuple[RealStop, ...]],
     progress: Progress,
@@ -220,9 +222,11 @@ def _repetitions(
     return np.concatenate(rows) if rows else np.zeros((0, len(stops), 2))
 
 
-def _key(options: Options, sources: Sources, stops: list[tuple[RealStop, ...]]) -> str:
+def _key(
+    options: StudyOptions, sources: Sources, stops: list[tuple[RealStop, ...]]
+) -> str:
     """What a chunk depends on; another study's chunks are not taken for ours."""
-    told = {
+    inputs = {
         "mount": options.mount,
         "level": options.level,
         "aim": options.aim,
@@ -231,7 +235,7 @@ def _key(options: Options, sources: Sources, stops: list[tuple[RealStop, ...]]) 
         "sources": asdict(sources),
         "stops": [[list(stop.q) for stop in pair] for pair in stops],
     }
-    return sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+    return sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
 
 def _read_state(path: Path | None, key: str) -> dict[int, Array]:

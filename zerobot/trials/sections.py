@@ -41,15 +41,15 @@ def summary(document: Document) -> str:
     """One sentence for the top of the page."""
     by = {(r["checker"], r["margin_kind"]): r for r in document["nominal"]}
     offset, body = by[("exact", "offset")], by[("exact", "enlarge-axes")]
-    told = (
+    words = (
         f"Without errors {offset['right']} of {offset['of']} trials are right with a "
         f"true 20 mm margin and {body['right']} with the volume enlarged along its axes"
     )
     repeated = document["monte_carlo"]
     if repeated is None:
-        return told + "; the papers have 57 of 64."
+        return words + "; the papers have 57 of 64."
     return (
-        f"{told}; with errors of known source {100 * repeated['success_rate']:.1f} % "
+        f"{words}; with errors of known source {100 * repeated['success_rate']:.1f} % "
         "are right, and the papers' 57 of 64 (89.1 %) are not explained by them."
     )
 
@@ -169,7 +169,7 @@ def _margins(found: Document) -> dict[str, Any]:
         ],
     ]
     reach = found["enlarged_reach_mm"]
-    told = "; ".join(
+    words = "; ".join(
         f"{kind}: {r['smallest']:.1f} to {r['largest']:.1f} mm "
         f"({r['false_alarms_at_25_mm']} false alarms at 25 mm)"
         for kind, r in reach.items()
@@ -179,7 +179,7 @@ def _margins(found: Document) -> dict[str, Any]:
         "text": (
             "A margin catches 99.9 % at 15 mm with 0.1 % false alarms at 25 mm where "
             "“at least” is below “at most”. Reach of the robot enlarged by 20 mm "
-            f"towards the gantry: {told}."
+            f"towards the gantry: {words}."
         ),
         "table": {"columns": ["", "at least [mm]", "at most [mm]"], "rows": rows},
     }

@@ -113,10 +113,10 @@ def _ranking(rows: Sequence[Document]) -> list[str]:
     lines = [
         "15 mm cells by our miss probability, then by the largest error (first order)"
     ]
-    told = [("place", "trial", "probability", "largest error", "papers")]
+    listed = [("place", "trial", "probability", "largest error", "papers")]
     for place, row in enumerate(rows, start=1):
         if row["published_miss"] or place <= 3:
-            told.append(
+            listed.append(
                 (
                     str(place),
                     f"{row['point']} {row['axis']} ({row['q4_deg']},{row['q5_deg']})",
@@ -128,7 +128,7 @@ def _ranking(rows: Sequence[Document]) -> list[str]:
     places = [i for i, row in enumerate(rows, start=1) if row["published_miss"]]
     mean = sum(places) / max(1, len(places))
     chance = (len(rows) + 1) / 2.0
-    lines += table(told)
+    lines += table(listed)
     lines.append(
         f"mean place of the published misses: {mean:.1f}; by chance it would be "
         f"{chance:.1f}: the error model does not predict which cells fail"
@@ -139,9 +139,9 @@ def _ranking(rows: Sequence[Document]) -> list[str]:
 
 
 def _fits(document: Document) -> list[str]:
-    told = [("free", "log likelihood", "AIC", "expected misses", "cells as published")]
+    rows = [("free", "log likelihood", "AIC", "expected misses", "cells as published")]
     for row in document["fitted_to_the_published_table"]:
-        told.append(
+        rows.append(
             (
                 row["family"],
                 f"{row['log_likelihood']:.1f}",
@@ -150,7 +150,7 @@ def _fits(document: Document) -> list[str]:
                 f"{row['right_cells']}/32",
             )
         )
-    lines = ["Fitted to the published table (predicts nothing)", *table(told), ""]
+    lines = ["Fitted to the published table (predicts nothing)", *table(rows), ""]
     lines.append("Smallest disturbance that gives exactly the published table")
     for row in document["smallest_disturbances"]:
         size = row["size_mm"]

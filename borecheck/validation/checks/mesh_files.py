@@ -66,8 +66,8 @@ def mesh_unreadable(robot: CheckedUrdf) -> Iterator[Problem]:
     Libraries: Pinocchio and Drake stop; yourdfpy and PyBullet warn and leave it out.
     """
     for shape, problem in _unreadable(robot):
-        told = any(words in problem for words in (*_NOT_FINITE, *_INDEX))
-        if not told and "no mesh format" not in problem:
+        by_other_checks = any(words in problem for words in (*_NOT_FINITE, *_INDEX))
+        if not by_other_checks and "no mesh format" not in problem:
             yield _bad_mesh(robot, shape, problem)
 
 

@@ -18,7 +18,7 @@ from borecheck.robots.urdf.draft import DraftJoint, Vector, placement
 from borecheck.validation.checks.running import TOLERANCE, gap
 from borecheck.validation.findings import Finding
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
-from borecheck.validation.reading.motion import Motion, motion_of
+from borecheck.validation.reading.moving_tree import MovingTree, moving_tree_of
 from borecheck.validation.registry import Problem, register
 
 NAMED = 5  # so many names are listed
@@ -67,13 +67,13 @@ def closed_form_disagrees(robot: CheckedUrdf) -> Iterator[Problem]:
 
     Fix: Compare both with the drawing at the named frame.
     """
-    closed_form, motion = robot.options.closed_form, motion_of(robot)
-    if closed_form is None or motion is None:
+    closed_form, moving = robot.options.closed_form, moving_tree_of(robot)
+    if closed_form is None or moving is None:
         return
     worst: dict[str, tuple[float, float, float]] = {}
     strange: set[str] = set()
-    for free in motion.sampled(robot.options.seed, robot.options.samples):
-        placed = motion.placements(motion.positions(free))
+    for free in moving.sampled(robot.options.seed, robot.options.samples):
+        placed = moving.placements(moving.positions(free))
         for frame, T in closed_form(free).items():
             if frame not in placed:
                 strange.add(frame)
@@ -100,20 +100,20 @@ def reference_differs(robot: CheckedUrdf) -> Iterator[Problem]:
 
     Fix: Correct the joint, or take the new file as the reference if it is meant.
     """
-    motion = motion_of(robot)
-    if robot.options.reference is None or motion is None:
+    moving = moving_tree_of(robot)
+    if robot.options.reference is None or moving is None:
         return
     other = _reference(robot)
-    other_motion = motion_of(other)
-    if other_motion is None:
+    other_tree = moving_tree_of(other)
+    if other_tree is None:
         raise InputError(
             str(robot.options.reference),
             "cannot be moved, so it is no reference; run borecheck validate on it",
         )
     yield from _other_links(robot, other)
-    into = {link: joint for link, joint, _ in other_motion.steps}
-    apart = _apart(robot, motion, other_motion)
-    for link, joint, _ in motion.steps:
+    into = {link: joint for link, joint, _ in other_tree.steps}
+    apart = _apart(robot, moving, other_tree)
+    for link, joint, _ in moving.steps:
         if link in into:
             said = list(_differences(joint, into[link]))
             if link in apart and not said:
@@ -178,12 +178,14 @@ def _follows(joint: DraftJoint) -> str:
     return f"is {mimic.multiplier:g} x {mimic.joint} + {mimic.offset:g}"
 
 
-def _apart(robot: CheckedUrdf, motion: Motion, other: Motion) -> dict[str, float]:
+def _apart(
+    robot: CheckedUrdf, moving: MovingTree, other: MovingTree
+) -> dict[str, float]:
     """Links that stand elsewhere relative to their parents, and how far at most."""
     worst: dict[str, float] = {}
-    parents = {link: joint.parent or "" for link, joint, _ in motion.steps}
-    for free in motion.sampled(robot.options.seed, robot.options.samples):
-        placed = motion.placements(motion.positions(free))
+    parents = {link: joint.parent or "" for link, joint, _ in moving.steps}
+    for free in moving.sampled(robot.options.seed, robot.options.samples):
+        placed = moving.placements(moving.positions(free))
         theirs = other.placements(other.positions(free))
         for link, parent in parents.items():
             if link in theirs and parent in theirs:

@@ -13,7 +13,7 @@ from borecheck.validation.checks.limits import UNLIMITED_FROM
 from borecheck.validation.findings import Severity
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.mesh_reading import resolution_of
-from borecheck.validation.reading.motion import motion_of
+from borecheck.validation.reading.moving_tree import moving_tree_of
 from borecheck.validation.registry import Problem, register
 
 if TYPE_CHECKING:
@@ -32,11 +32,11 @@ def start_libraries(robot: CheckedUrdf) -> None:
 
     from lxml import etree
 
-    motion = motion_of(robot)
+    moving = moving_tree_of(robot)
     configurations = []
-    if motion is not None:
-        chosen = motion.sampled(robot.options.seed, robot.options.samples)
-        configurations = [motion.positions(free) for free in chosen]
+    if moving is not None:
+        chosen = moving.sampled(robot.options.seed, robot.options.samples)
+        configurations = [moving.positions(free) for free in chosen]
     request = {
         "text": etree.tostring(_with_places(robot), encoding="unicode"),
         "configurations": configurations,
@@ -110,15 +110,15 @@ def kinematics_disagree(robot: CheckedUrdf) -> Iterator[Problem]:
     Libraries: yourdfpy takes mimic chains for zero and shifts mimic indices after a
     planar or floating joint; Pinocchio ignores mimic joints unless asked.
     """
-    motion = motion_of(robot)
-    if motion is None:
+    moving = moving_tree_of(robot)
+    if moving is None:
         return
     configurations = robot.memory.get("configurations") or _configurations(robot)
-    expected = [motion.placements(positions) for positions in configurations]
+    expected = [moving.placements(positions) for positions in configurations]
     for library, said in answers_of(robot).items():
         if library not in FRAMES or "frames" not in said:
             continue
-        worst = _worst(expected, said["frames"], motion.root)
+        worst = _worst(expected, said["frames"], moving.root)
         if worst is None or worst[0] <= TOLERANCE * max(1.0, robot.size):
             continue
         size, distance, angle, link, index = worst

@@ -10,7 +10,7 @@ import numpy as np
 from borecheck.errors import BorecheckError
 from borecheck.validation.findings import Severity
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
-from borecheck.validation.reading.motion import motion_of
+from borecheck.validation.reading.moving_tree import moving_tree_of
 from borecheck.validation.registry import Problem, register
 
 ALWAYS, NEVER, SOMETIMES = "always", "never", "sometimes"
@@ -54,19 +54,19 @@ def contact_table(robot: CheckedUrdf, samples: int) -> ContactTable | None:
 
 
 def _contact_table(robot: CheckedUrdf, samples: int) -> ContactTable | None:
-    motion = motion_of(robot)
-    if motion is None:
+    moving = moving_tree_of(robot)
+    if moving is None:
         return None
     trees, missing = _trees(robot)
     adjacent = {
-        tuple(sorted((joint.parent or "", link))) for link, joint, _ in motion.steps
+        tuple(sorted((joint.parent or "", link))) for link, joint, _ in moving.steps
     }
     pairs = [p for p in combinations(sorted(trees), 2) if p not in adjacent]
     counts = dict.fromkeys(pairs, 0)
-    chosen = motion.sampled(robot.options.seed, max(0, samples - 3))
+    chosen = moving.sampled(robot.options.seed, max(0, samples - 3))
     at_zero: list[tuple[str, str]] = []
     for index, free in enumerate(chosen):
-        placed = motion.placements(motion.positions(free))
+        placed = moving.placements(moving.positions(free))
         for pair in pairs:
             if _touch(trees, placed, pair):
                 counts[pair] += 1

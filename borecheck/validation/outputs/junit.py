@@ -51,12 +51,12 @@ def _case(finding: Finding, fail_on: Severity | None) -> str:
     head = f"    <testcase classname={_attribute(finding.file)} name={_attribute(name)}"
     where = f"{shown_file(finding.file)}:{finding.line}"
     text = f"{where}: {finding.severity}: {finding.message}"
-    told = _FORBIDDEN.sub("?", escape(in_lines([text, finding.why, finding.hint])))
+    shown = _FORBIDDEN.sub("?", escape(in_lines([text, finding.why, finding.hint])))
     if not _fails(finding, fail_on):
-        return f"{head}>\n      <system-out>{told}</system-out>\n    </testcase>\n"
+        return f"{head}>\n      <system-out>{shown}</system-out>\n    </testcase>\n"
     message = _attribute(finding.message)
     kind = _attribute(str(finding.severity))
-    failure = f"      <failure message={message} type={kind}>{told}</failure>\n"
+    failure = f"      <failure message={message} type={kind}>{shown}</failure>\n"
     return f"{head}>\n{failure}    </testcase>\n"
 
 

@@ -129,7 +129,7 @@ def _xacro_names(xacro: ModuleType, run: Run) -> dict[str, Any]:
         run.referenced.add(name)
         return own["arg"](name)
 
-    def told(name: str) -> Callable[..., str]:
+    def spoken(name: str) -> Callable[..., str]:
         def tell(*words: Any, **how: Any) -> str:
             run.budget.spend(sum(len(str(word)) for word in words))
             kept = {"print_location": how.get("print_location", name != "message")}
@@ -145,7 +145,7 @@ def _xacro_names(xacro: ModuleType, run: Run) -> dict[str, Any]:
         "fatal": own["fatal"],
         "print_location": lambda: str(own["print_location"]()),
         "tokenize": _tokens,
-        **{name: told(name) for name in ("message", "warning", "error")},
+        **{name: spoken(name) for name in ("message", "warning", "error")},
     }
     return {name: values.Function(name, call) for name, call in found.items()}
 
@@ -259,7 +259,7 @@ def _defining(run: Run, original: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _entering(run: Run, original: Callable[..., Any]) -> Callable[..., Any]:
-    """A step on one xacro element: its place is noted and its mark taken off."""
+    """A step on one xacro element: its place is spoken and its mark taken off."""
 
     def step(node: Any, *rest: Any) -> Any:
         run.enter(node)

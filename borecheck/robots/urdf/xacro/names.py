@@ -100,11 +100,11 @@ def global_names(
 def _warning(function: Function, owner: str, warn: Callable[[str], Any]) -> Function:
     name = function.name
 
-    def told(*given: Any, **named: Any) -> Any:
+    def warned(*given: Any, **named: Any) -> Any:
         warn(f"Using {name}() directly is deprecated. Use {owner}.{name}() instead.")
         return function.call(*given, **named)
 
-    return Function(name, told, function.kind)
+    return Function(name, warned, function.kind)
 
 
 def _by_key(

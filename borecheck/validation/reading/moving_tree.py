@@ -22,7 +22,7 @@ FREE_RANGE = {"revolute": math.pi, "continuous": math.pi, "prismatic": 0.1}
 
 
 @dataclass(eq=False)
-class Motion:
+class MovingTree:
     """The moving tree of a robot.
 
     Attributes:
@@ -104,13 +104,13 @@ class Motion:
         return road[::-1]
 
 
-def motion_of(robot: CheckedUrdf) -> Motion | None:
+def moving_tree_of(robot: CheckedUrdf) -> MovingTree | None:
     """The moving tree; None if it is no tree, or numbers are missing. Remembered."""
-    found: Motion | None = robot.remembered("motion", None, lambda: _motion(robot))
+    found: MovingTree | None = robot.remembered("motion", None, lambda: _motion(robot))
     return found
 
 
-def _motion(robot: CheckedUrdf) -> Motion | None:
+def _motion(robot: CheckedUrdf) -> MovingTree | None:
     if len(robot.roots) != 1 or len(robot.joints) != len(robot.links) - 1:
         return None
     root = robot.roots[0].name
@@ -135,7 +135,7 @@ def _motion(robot: CheckedUrdf) -> Motion | None:
         for _, joint, _ in steps
         if joint.type in FREE_RANGE and joint.name not in follows
     }
-    return Motion(root, tuple(steps), follows, ranges)
+    return MovingTree(root, tuple(steps), follows, ranges)
 
 
 def _range(joint: DraftJoint) -> tuple[float, float]:
