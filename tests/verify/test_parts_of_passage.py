@@ -40,7 +40,7 @@ def rod(low: float, high: float, x: float = 0.0, half: float = 5e-4) -> Array:
 
 def test_depth_and_aside_are_told_about_the_line(rng: np.random.Generator) -> None:
     rows = rng.uniform(-0.1, 0.1, (40, 3))
-    depth, aside = corridor()._told(placed(rows))
+    depth, aside = corridor()._depth_and_aside(placed(rows))
     np.testing.assert_allclose(depth, rows[:, 2], atol=1e-15)
     np.testing.assert_allclose(aside, np.hypot(rows[:, 0], rows[:, 1]), atol=1e-15)
 
@@ -51,7 +51,7 @@ def test_no_triangle_is_nearer_to_the_line_than_said(rng: np.random.Generator) -
     asked = corridor(patient)
     weights = rng.dirichlet(np.ones(3), 500)
     points = np.einsum("kw,mwx->mkx", weights, placed(patient))
-    _, aside = asked._told(points)
+    _, aside = asked._depth_and_aside(points)
     assert (asked.nearest <= aside.min(axis=1) + 1e-12).all()
     assert (asked.nearest > 0.0).sum() > 20
 
