@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.poses import BenchScene, Pose
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.bounds import SLIDES, TURNS
+from borecheck.robots.kinematics.forward import SLIDES, TURNS
 
 MANY = 10**6
 

@@ -22,7 +22,8 @@ from benchmarks.scenes import (
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.tree.many_links import MovingLinks
 from borecheck.geometry.tree.mesh_tree import MeshTree
-from borecheck.motion.bounds import WORLD, Chain
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import WORLD
 
 Array = NDArray[np.float64]
 
@@ -60,7 +61,7 @@ class BenchScene:
     name: str
     links: tuple[TriangleMesh, ...]
     obstacle: TriangleMesh
-    chain: Chain
+    chain: JointChain
     frames: tuple[int, ...]
     poses: dict[str, Pose]
 
@@ -88,7 +89,7 @@ def arm_scene(size: str) -> BenchScene:
 def zerobot_scene(level: str) -> BenchScene:
     """Zerobot against the project's CT gantry (the gantry only, not its couch)."""
     import borecheck as bc
-    from borecheck.motion.robot_problem import chain_of
+    from borecheck.robots.kinematics.robot_chain import chain_of
 
     robot = bc.load_robot("zerobot", level=level)
     scene = bc.load_scene("ct_gantry", level=level)
@@ -125,7 +126,7 @@ def _with_poses(
     name: str,
     links: tuple[TriangleMesh, ...],
     obstacle: TriangleMesh,
-    chain: Chain,
+    chain: JointChain,
     frames: tuple[int, ...],
     place: Callable[[Array, Array], Array],
     qs: tuple[Array, Array],

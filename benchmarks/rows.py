@@ -21,7 +21,6 @@ from borecheck.geometry.triangles.placing import place_mesh
 from borecheck.geometry.triangles.published import NARROWPHASES
 from borecheck.motion.problem import Body, PathProblem
 from borecheck.motion.search import search
-from borecheck.robots.kinematics.chain import Chain as KinematicChain
 
 SAMPLES = 1000  # poses on a path
 ENDS = ("clear", "free", "contact")  # see poses.path_of
@@ -327,12 +326,7 @@ def _line(
 def _placements(bench: Bench, qs: Any) -> Any:
     """T_world_link along a path, (k, links, 4, 4)."""
     chain = bench.scene.chain
-    kinematics = KinematicChain(
-        chain.parent + 1, chain.origin, chain.axis, chain.kind, chain.source,
-        chain.factor, chain.offset, qs.shape[1],
-    )  # fmt: skip
-    placed = kinematics.placements(qs)
-    return np.ascontiguousarray(placed[:, np.array(bench.scene.frames) + 1])
+    return chain.placements(qs, bench.scene.frames)
 
 
 def _leaf_pairs(bench: Bench, pose: Pose) -> tuple[Any, Any]:

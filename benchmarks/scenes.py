@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from borecheck.core.se3 import axis_rotation
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.bounds import TURNS, Chain
 from borecheck.motion.problem import Body, PathProblem
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import TURNS
 
 Array = NDArray[np.float64]
 
@@ -197,7 +198,7 @@ def _evenly_spaced(polygon: Array, count: int) -> Array:
     return np.column_stack([np.interp(at, along, closed[:, k]) for k in range(2)])
 
 
-def arm_chain(foot: Array = FOOT) -> Chain:
+def arm_chain(foot: Array = FOOT) -> JointChain:
     """The joints of the arm; frame k is that of link k."""
     count = len(LINKS)
     origin = np.tile(np.eye(4), (count, 1, 1))
@@ -205,7 +206,7 @@ def arm_chain(foot: Array = FOOT) -> Chain:
     origin[0, :3, 3] = foot
     for k in range(1, count):
         origin[k, 2, 3] = LINKS[k - 1][2]
-    return Chain(
+    return JointChain(
         parent=np.arange(count) - 1,
         origin=origin,
         kind=np.full(count, TURNS),

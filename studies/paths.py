@@ -26,9 +26,10 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.exact import exact_pair
 from borecheck.geometry.triangles.published import triangle_row
-from borecheck.motion.bounds import FIXED, SLIDES, TURNS, Chain
 from borecheck.motion.problem import Body, PathProblem
 from borecheck.motion.search import PathVerdict, search
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import FIXED, SLIDES, TURNS
 
 Array = NDArray[np.float64]
 
@@ -66,7 +67,7 @@ def random_case(rng: np.random.Generator) -> Case:
     return Case(grazing or problem, waypoints, gap if grazing else None)
 
 
-def _random_chain(rng: np.random.Generator) -> Chain:
+def _random_chain(rng: np.random.Generator) -> JointChain:
     count = int(rng.integers(2, 7))
     origin = np.array(
         [
@@ -90,10 +91,12 @@ def _random_chain(rng: np.random.Generator) -> Chain:
     )
     source = np.where(kind == FIXED, -1, source)
     offset = rng.uniform(-0.5, 0.5, count)
-    return Chain(parent, origin, kind, axis, source, factor, offset)
+    return JointChain(parent, origin, kind, axis, source, factor, offset)
 
 
-def _frames_with_parts(rng: np.random.Generator, chain: Chain) -> NDArray[np.int64]:
+def _frames_with_parts(
+    rng: np.random.Generator, chain: JointChain
+) -> NDArray[np.int64]:
     last = chain.frame_count - 1
     if rng.random() < 0.5:
         return np.array([last])
@@ -112,7 +115,7 @@ def _random_surface(rng: np.random.Generator, name: str) -> TriangleMesh:
     return mesh.moved(transform(rng.uniform(-0.1, 0.1, 3), rng.uniform(-3, 3, 3)))
 
 
-def _random_waypoints(rng: np.random.Generator, chain: Chain) -> Array:
+def _random_waypoints(rng: np.random.Generator, chain: JointChain) -> Array:
     """Few far waypoints, or many near ones as from a planner."""
     start = rng.uniform(-1.0, 1.0, chain.joint_count)
     if rng.random() < 0.7:
@@ -126,7 +129,7 @@ def _random_waypoints(rng: np.random.Generator, chain: Chain) -> Array:
 
 
 def _random_obstacle(
-    rng: np.random.Generator, chain: Chain, part: Body, waypoints: Array
+    rng: np.random.Generator, chain: JointChain, part: Body, waypoints: Array
 ) -> Body:
     """A box, sheet or wire near where the last part passes."""
     samples = dense(waypoints, 20)
@@ -195,7 +198,7 @@ def dense(waypoints: Array, finer: int) -> Array:
     )
 
 
-def placements(chain: Chain, samples: Array) -> Array:
+def placements(chain: JointChain, samples: Array) -> Array:
     """T_world_frame (samples, frames, 4, 4) by products of matrices."""
     placed = np.zeros((len(samples), chain.frame_count, 4, 4))
     for j in range(chain.frame_count):

@@ -31,11 +31,12 @@ from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.all_pairs import all_contacts
 from borecheck.geometry.triangles.narrowphase import narrowphase_code
 from borecheck.geometry.triangles.placing import place_mesh
-from borecheck.motion.bounds import FIXED, SLIDES, Chain
 from borecheck.motion.least_clearance import least_clearance
 from borecheck.motion.problem import PathProblem
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.search import search
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import FIXED, SLIDES
 from borecheck.robots.robot import Robot, load_robot
 from borecheck.robots.scene import Scene, load_scene
 from studies.paths import random_case
@@ -85,7 +86,7 @@ def chain_case(rng: np.random.Generator) -> Case:
     return Case("chains", found.problem, found.waypoints, place)
 
 
-def chain_model(chain: Chain) -> Any:
+def chain_model(chain: JointChain) -> Any:
     """The chain as a Pinocchio model with one joint for every frame that moves."""
     model = pin.Model()
     joint_of, offset_of = {-1: 0}, {-1: pin.SE3.Identity()}
@@ -105,7 +106,7 @@ def chain_model(chain: Chain) -> Any:
     return model
 
 
-def _of_chain(chain: Chain, frames: Sequence[int]) -> Kinematics:
+def _of_chain(chain: JointChain, frames: Sequence[int]) -> Kinematics:
     model = chain_model(chain)
     moving = [j for j in range(chain.frame_count) if chain.kind[j] != FIXED]
     data = model.createData()

@@ -4,21 +4,18 @@ The placements come from the compiled chain, which agrees with Pinocchio to roun
 (tests hold it to 1e-12); a verdict with reasons for one pose is `contact.check`.
 """
 
-from collections import deque
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact.containment import holds_or_might
+from borecheck.core.once import once_per_pair
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.surfaces import Surface, surface
 from borecheck.geometry.tree.many_links import MovingLinks
 from borecheck.geometry.triangles.winding import crossings
-from borecheck.robots.kinematics.chain import FIXED, PRISMATIC, REVOLUTE, Chain
+from borecheck.robots.kinematics.robot_chain import chain_of
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
-from borecheck.robots.urdf.tree import UrdfTree
 
 Array = NDArray[np.float64]
 
@@ -92,9 +89,8 @@ class PoseBatch:
     """Robot and scene packed for many poses."""
 
     def __init__(self, robot: Robot, scene: Scene) -> None:
-        self._chain, frame_of = compiled_chain(robot)
+        frame_of, self._chain = chain_of(robot)
         self._frames = [frame_of[part.link] for part in robot.parts]
-        self._T_scene_root = robot.T_scene_root
         self._parts = [surface(part.mesh) for part in robot.parts]
         self._others = [surface(obstacle.mesh) for obstacle in scene.obstacles]
         self._self_pairs = robot.self_pairs
@@ -108,7 +104,7 @@ class PoseBatch:
 
     def placements(self, qs: Array) -> Array:
         """T_scene_part of every configuration, (n, parts, 4, 4)."""
-        return self._chain.placements(qs, self._frames, self._T_scene_root)
+        return self._chain.placements(qs, self._frames)
 
     def holds(self, T_scene_parts: Array) -> NDArray[np.bool_]:
         """Whether a solid holds another, pose by pose, surfaces known not to meet."""
@@ -128,50 +124,10 @@ class PoseBatch:
         return found
 
 
-@lru_cache(maxsize=8)
+@once_per_pair
 def prepared(robot: Robot, scene: Scene) -> PoseBatch:
     """The packed form of a robot and a scene; the same records give the same one."""
     return PoseBatch(robot, scene)
-
-
-def breadth_first(tree: UrdfTree) -> tuple[list[int], dict[str, int]]:
-    """Joints from the root outwards, as rows of `tree.joints`; frames of all links.
-
-    Frame 0 is the root, and the child of the k-th joint in this order has frame k + 1.
-    """
-    below: dict[str, list[int]] = {}
-    for index, joint in enumerate(tree.joints):
-        below.setdefault(joint.parent, []).append(index)
-    order: list[int] = []
-    frame_of = {tree.root.name: 0}
-    waiting = deque([tree.root.name])
-    while waiting:
-        for index in below.get(waiting.popleft(), ()):
-            child = tree.joints[index].child
-            order.append(index)
-            frame_of[child] = len(order)
-            waiting.append(child)
-    return order, frame_of
-
-
-def compiled_chain(robot: Robot) -> tuple[Chain, dict[str, int]]:
-    """The compiled chain of a robot, and the frame of every link."""
-    model = robot.model
-    order, frame_of = breadth_first(model.tree)
-    joints = [model.tree.joints[index] for index in order]
-    kinds = {"fixed": FIXED, "prismatic": PRISMATIC}
-    drivers = [model.driver(joint.name, joint.type) for joint in joints]
-    chain = Chain(
-        parents=np.array([frame_of[joint.parent] for joint in joints], dtype=np.int64),
-        origins=np.array([joint.origin for joint in joints]).reshape(-1, 4, 4),
-        axes=np.array([joint.axis for joint in joints]).reshape(-1, 3),
-        kinds=np.array([kinds.get(j.type, REVOLUTE) for j in joints], dtype=np.int64),
-        sources=np.array([max(d[0], 0) for d in drivers], dtype=np.int64),
-        multipliers=np.array([d[1] for d in drivers]),
-        offsets=np.array([d[2] for d in drivers]),
-        variables=len(model.free_joints),
-    )
-    return chain, frame_of
 
 
 def _inverses(T: Array) -> Array:

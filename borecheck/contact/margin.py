@@ -5,11 +5,11 @@ each axis ([Matsuno2020] section 4.1), in body or world axes. security: Coal's o
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.once import once_per_record
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.geometry.mesh.enlarge import Enlarged, enlarge
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
@@ -83,6 +83,6 @@ def enlarged(
     return enlarge(mesh, margin.size, R_world_link.T)
 
 
-@lru_cache(maxsize=256)
+@once_per_record
 def _in_body_axes(mesh: TriangleMesh, size: float) -> Enlarged:
     return enlarge(mesh, size)

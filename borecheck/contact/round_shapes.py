@@ -7,9 +7,9 @@ true of the shapes too. Between the two stands `unknown`, with the width of that
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
 
 from borecheck.contact.verdict import UNKNOWN, Verdict
+from borecheck.core.once import once_per_pair
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
@@ -33,7 +33,7 @@ def confirmed(
     return between(around, examine(*shapes), robot, scene)
 
 
-@lru_cache(maxsize=8)
+@once_per_pair
 def within(robot: Robot, scene: Scene) -> tuple[Robot, Scene] | None:
     """Robot and scene of polyhedra within the round shapes; None: there are none."""
     meshes = [*(p.mesh for p in robot.parts), *(o.mesh for o in scene.obstacles)]

@@ -4,11 +4,11 @@ Search structures are built once per mesh, on first use, and moved, never rebuil
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.once import once_per_pair, once_per_record, twin
 from borecheck.errors import GeometryError, UnknownNameError, UsageError
 from borecheck.geometry.coal_engine.broadphase import PatchBroadphase
 from borecheck.geometry.coal_engine.contact import CoalMesh
@@ -44,33 +44,35 @@ class Found:
     examined: int
 
 
+@dataclass(frozen=True)
 class Surface:
-    """A mesh in its own frame with the search structures that were asked for."""
+    """A mesh in its own frame with the search structures that were asked for.
 
-    def __init__(self, mesh: TriangleMesh) -> None:
-        self.mesh = mesh
+    They are built on first use, are kept by the mesh and die with it: surfaces of one
+    mesh are the same, whoever makes them.
+    """
 
-    @cached_property
+    mesh: TriangleMesh
+
+    @property
     def tree(self) -> MeshTree:
         """Bounding-volume tree."""
-        return MeshTree.of(self.mesh)
+        return _tree(self.mesh)
 
-    @cached_property
+    @property
     def topology(self) -> Topology:
         """Closedness and components, which no motion changes."""
-        return cached_topology(self.mesh)
+        return _topology(self.mesh)
 
-    @cached_property
+    @property
     def representatives(self) -> Array:
         """One corner of every connected component, (k, 3), in the mesh's frame."""
-        component = self.topology.component
-        _, first = np.unique(component, return_index=True)
-        return self.mesh.vertices[self.mesh.triangles[first, 0]]
+        return _representatives(self.mesh)
 
-    @cached_property
+    @property
     def coal(self) -> CoalMesh:
         """Coal's own model."""
-        return CoalMesh(self.mesh)
+        return _coal(self.mesh)
 
     @property
     def count(self) -> int:
@@ -78,10 +80,31 @@ class Surface:
         return len(self.mesh.triangles)
 
 
-@lru_cache(maxsize=1024)
 def surface(mesh: TriangleMesh) -> Surface:
     """The surface of a mesh record; the same record gives the same structures."""
     return Surface(mesh)
+
+
+@once_per_record
+def _tree(mesh: TriangleMesh) -> MeshTree:
+    return MeshTree.of(mesh)
+
+
+@once_per_record
+def _topology(mesh: TriangleMesh) -> Topology:
+    _ = mesh.corners  # found once for both records
+    return cached_topology(twin(mesh))
+
+
+@once_per_record
+def _representatives(mesh: TriangleMesh) -> Array:
+    _, first = np.unique(_topology(mesh).component, return_index=True)
+    return mesh.vertices[mesh.triangles[first, 0]]
+
+
+@once_per_record
+def _coal(mesh: TriangleMesh) -> CoalMesh:
+    return CoalMesh(twin(mesh))
 
 
 def checker_name(name: str) -> str:
@@ -174,9 +197,9 @@ def _all_pairs(
     return pairs, a.count * b.count
 
 
-@lru_cache(maxsize=1024)
-def _patches(a: Surface, b: Surface) -> PatchBroadphase:
-    return PatchBroadphase([a.mesh], [b.mesh])
+@once_per_pair
+def _patches(a: TriangleMesh, b: TriangleMesh) -> PatchBroadphase:
+    return PatchBroadphase([a], [b])
 
 
 def _behind_patches(
@@ -184,7 +207,7 @@ def _behind_patches(
 ) -> tuple[Pairs, int]:
     from borecheck.geometry.triangles.narrowphase import contact_pairs, narrowphase_code
 
-    found = _patches(a, b).candidate_pairs(T_a[None], T_b[None])
+    found = _patches(a.mesh, b.mesh).candidate_pairs(T_a[None], T_b[None])
     candidates = np.ascontiguousarray(found.pairs[:, [1, 3]])
     code = narrowphase_code(checker)
     meet = contact_pairs(code, _rows(T_a, a.mesh), _rows(T_b, b.mesh), candidates)

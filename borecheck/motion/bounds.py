@@ -35,128 +35,32 @@ the bound, and a path beyond the limits is still bounded truthfully.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.core.se3 import check_transform
 from borecheck.errors import GeometryError
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import SLIDES, TURNS, WORLD
 
 Array = NDArray[np.float64]
 
-FIXED, TURNS, SLIDES = 0, 1, 2
-WORLD = -1
-
-
-@dataclass(frozen=True, eq=False)
-class Chain:
-    """A tree of frames, each placed by one joint on the frame before it.
-
-    Frame i is the frame of joint i's child. Mimic joints are resolved: every joint
-    takes theta = factor * q[source] + offset.
-
-    Attributes:
-        parent: Frame before each joint, (n,); WORLD (-1), or a smaller index.
-        origin: T_parent_joint at theta = 0, (n, 4, 4).
-        kind: FIXED, TURNS or SLIDES, (n,).
-        axis: Axis in the joint's frame, (n, 3); brought to length 1.
-        source: Entry of q, (n,); -1 for fixed joints.
-        factor: Multiplier, (n,).
-        offset: Added, (n,), [rad] or [m].
-    """
-
-    parent: NDArray[np.int64]
-    origin: Array
-    kind: NDArray[np.int64]
-    axis: Array
-    source: NDArray[np.int64]
-    factor: Array
-    offset: Array
-
-    def __post_init__(self) -> None:
-        for name, dtype in _CHAIN_TYPES.items():
-            values = np.array(getattr(self, name), dtype=dtype, order="C")
-            object.__setattr__(self, name, values)
-        _check_chain(self)
-        object.__setattr__(self, "axis", _unit_axes(self.axis, self.kind))
-        for name in _CHAIN_TYPES:
-            getattr(self, name).setflags(write=False)
-
-    @cached_property
-    def length(self) -> Array:
-        """Length of every joint's fixed offset, (n,), [m]."""
-        return np.linalg.norm(self.origin[:, :3, 3], axis=1)
-
-    def extent(self, largest: Array) -> float:
-        """Bound on the distance of any frame's origin from the world's, [m]."""
-        slide = np.where(self.kind == SLIDES, largest, 0.0)
-        # No way through the chain is longer than all of it.
-        return float((self.length + slide).sum())
-
-    @property
-    def frame_count(self) -> int:
-        """Number of frames."""
-        return len(self.parent)
-
-    @property
-    def joint_count(self) -> int:
-        """Length of q."""
-        return int(self.source.max(initial=-1)) + 1
-
-    def thetas(self, q: ArrayLike) -> Array:
-        """Joint values (..., n) of configurations (..., nq); 0 for fixed joints."""
-        q = np.asarray(q, dtype=np.float64)
-        values = self.factor * q[..., self.source] + self.offset
-        values[..., self.kind == FIXED] = 0.0
-        return np.ascontiguousarray(values)
-
-
-_CHAIN_TYPES = {
-    "parent": np.int64,
-    "origin": np.float64,
-    "kind": np.int64,
-    "axis": np.float64,
-    "source": np.int64,
-    "factor": np.float64,
-    "offset": np.float64,
-}
 
 # How far an origin may be from a rotation: lengths must survive a whole chain.
 _ROTATION_TOLERANCE = 1e-12
 
 
-def _unit_axes(axis: Array, kind: NDArray[np.int64]) -> Array:
-    """Axes of length 1; a URDF's digits leave them a little off."""
-    length = np.linalg.norm(axis, axis=-1, keepdims=True)
-    if not (length[kind != FIXED] > 1e-6).all():
-        raise GeometryError("chain: a joint moves along or about an axis of length 0")
-    return axis / np.where(length > 1e-6, length, 1.0)
+def refuse_skewed(chain: JointChain) -> None:
+    """Refuses a chain whose origins change lengths: the bounds would not hold.
 
-
-def _check_chain(chain: Chain) -> None:
-    n = len(chain.parent)
-    shapes = {"origin": (n, 4, 4), "axis": (n, 3)}
-    for name in _CHAIN_TYPES:
-        shape = getattr(chain, name).shape
-        if shape != shapes.get(name, (n,)):
-            raise GeometryError(f"chain: {name} has shape {shape} for {n} joints")
-    for i in range(n):
-        R = check_transform(chain.origin[i], f"chain: origin of joint {i}")[:3, :3]
-        if np.abs(R.T @ R - np.eye(3)).max() > _ROTATION_TOLERANCE:
-            raise GeometryError(f"chain: origin of joint {i} is not quite a rotation")
-        if not WORLD <= chain.parent[i] < i:
-            raise GeometryError(f"chain: joint {i} comes before its parent")
-        if chain.kind[i] not in (FIXED, TURNS, SLIDES):
-            raise GeometryError(f"chain: joint {i} is of kind {chain.kind[i]}")
-        if chain.kind[i] == FIXED:
-            continue
-        if chain.source[i] < 0:
-            raise GeometryError(f"chain: joint {i} moves but has no source in q")
-        if not np.isfinite([*chain.axis[i], chain.factor[i], chain.offset[i]]).all():
-            raise GeometryError(
-                f"chain: axis or mimic numbers of joint {i} are not finite"
-            )
+    Raises:
+        GeometryError: An origin that is a rotation to a few digits only.
+    """
+    R = chain.origin[:, :3, :3]
+    skew = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max(axis=(1, 2), initial=0.0)
+    if (skew > _ROTATION_TOLERANCE).any():
+        joint = int(np.argmax(skew > _ROTATION_TOLERANCE))
+        raise GeometryError(f"chain: origin of joint {joint} is not quite a rotation")
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +76,7 @@ class Route:
     forward: NDArray[np.bool_]
 
 
-def route(chain: Chain, a: int, b: int) -> Route:
+def route(chain: JointChain, a: int, b: int) -> Route:
     """The route from frame a (or WORLD) to frame b."""
     up, down = _to_common_ancestor(chain, a, b)
     joints = np.array([*up, *down], dtype=np.int64)
@@ -180,7 +84,9 @@ def route(chain: Chain, a: int, b: int) -> Route:
     return Route(joints, forward)
 
 
-def _to_common_ancestor(chain: Chain, a: int, b: int) -> tuple[list[int], list[int]]:
+def _to_common_ancestor(
+    chain: JointChain, a: int, b: int
+) -> tuple[list[int], list[int]]:
     """Joints from a up to the common frame, and from there down to b."""
     above_a, above_b = _ancestors(chain, a), _ancestors(chain, b)
     common = set(above_a) & set(above_b)
@@ -189,7 +95,7 @@ def _to_common_ancestor(chain: Chain, a: int, b: int) -> tuple[list[int], list[i
     return up, down[::-1]
 
 
-def _ancestors(chain: Chain, frame: int) -> list[int]:
+def _ancestors(chain: JointChain, frame: int) -> list[int]:
     """The frame and those before it, without the world."""
     found = []
     while frame != WORLD:
@@ -198,7 +104,7 @@ def _ancestors(chain: Chain, frame: int) -> list[int]:
     return found
 
 
-def gains(chain: Chain, way: Route, radius: float, largest: Array) -> Array:
+def gains(chain: JointChain, way: Route, radius: float, largest: Array) -> Array:
     """g_j of every joint of a route, (k,): a reach [m], 1, or 0 for fixed joints.
 
     Args:
@@ -228,7 +134,7 @@ def displacement(way: Route, gain: Array, change: Array) -> Array:
     return np.abs(change[..., way.joints]) @ gain
 
 
-def chord_slack(chain: Chain, way: Route, gain: Array, change: Array) -> Array:
+def chord_slack(chain: JointChain, way: Route, gain: Array, change: Array) -> Array:
     """Bound on the distance from the chord for changes (..., n) over it, [m]."""
     step = np.abs(change[..., way.joints])
     turn = np.where(chain.kind[way.joints] == TURNS, step, 0.0)
@@ -239,24 +145,3 @@ def chord_slack(chain: Chain, way: Route, gain: Array, change: Array) -> Array:
 def mesh_radius(vertices: ArrayLike) -> float:
     """Largest distance of a vertex from the frame's origin, rounded up, [m]."""
     return float(np.linalg.norm(vertices, axis=-1).max()) * (1.0 + 1e-12)
-
-
-def relative_placement(chain: Chain, way: Route, theta: Array) -> Array:
-    """T_a_b (4, 4) for joint values (n,): the plain form of the kernels' product."""
-    T = np.eye(4)
-    for j, forward in zip(way.joints, way.forward, strict=True):
-        step = chain.origin[j] @ joint_motion(chain, int(j), float(theta[j]))
-        T = T @ (step if forward else np.linalg.inv(step))
-    return T
-
-
-def joint_motion(chain: Chain, j: int, theta: float) -> Array:
-    """The transform of joint j alone, (4, 4)."""
-    T = np.eye(4)
-    if chain.kind[j] == SLIDES:
-        T[:3, 3] = theta * chain.axis[j]
-    elif chain.kind[j] == TURNS:
-        x, y, z = chain.axis[j]
-        K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        T[:3, :3] += np.sin(theta) * K + (1.0 - np.cos(theta)) * (K @ K)
-    return T

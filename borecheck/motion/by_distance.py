@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.geometry.kernels.compile import kernel
-from borecheck.motion.bounds import FIXED, TURNS, WORLD, Chain, Route
+from borecheck.motion.bounds import Route
 from borecheck.motion.halving import TOUCHED, UNDECIDED
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import FIXED, TURNS, WORLD
 
 if TYPE_CHECKING:
     from borecheck.motion.problem import Motion, Pair
@@ -29,7 +31,7 @@ FIRST_CONTACT = 1e-5
 
 
 def by_distance(
-    chain: Chain,
+    chain: JointChain,
     pair: "Pair",
     way: Route,
     motion: "Motion",
@@ -87,7 +89,7 @@ def _farther_than(pair: "Pair", placed: Array, length: float) -> bool:
 
 
 def displacement_about(
-    chain: Chain,
+    chain: JointChain,
     pair: "Pair",
     way: Route,
     motion: "Motion",

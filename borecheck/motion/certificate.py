@@ -36,7 +36,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.core.whole_files import check_writable, written_beside
 from borecheck.errors import BorecheckError
-from borecheck.motion.bounds import FIXED, TURNS, WORLD, Chain, Route, route
+from borecheck.motion.bounds import Route, route
 from borecheck.motion.by_distance import displacement_about
 from borecheck.motion.outcome import PathVerdict
 from borecheck.motion.passage import Approach, Slabs, told
@@ -49,6 +49,8 @@ from borecheck.motion.problem import (
     path_motion,
 )
 from borecheck.plans.corridor import Corridor
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import FIXED, TURNS, WORLD
 
 Array = NDArray[np.float64]
 Interval = list[float]
@@ -201,7 +203,7 @@ def bodies_of(problem: PathProblem) -> tuple[Body, ...]:
     return (*problem.parts, *problem.obstacles)
 
 
-def _chain_record(chain: Chain) -> list[dict[str, Any]]:
+def _chain_record(chain: JointChain) -> list[dict[str, Any]]:
     kinds = {FIXED: "fixed", TURNS: "turns"}
     return [
         {
@@ -277,7 +279,7 @@ def _cover(motion: Motion, proven: Proof) -> list[Interval] | None:
 
 
 def _apart(
-    chain: Chain,
+    chain: JointChain,
     pair: Pair,
     way: Route,
     motion: Motion,

@@ -17,9 +17,11 @@ from borecheck.geometry.tree.build import CHILD_ROW, WIDTH
 from borecheck.geometry.triangles.placing import place_mesh, place_point, placed_bounds
 from borecheck.geometry.triangles.solid import Containment, contained
 from borecheck.geometry.triangles.winding import ON_SURFACE, crossings
-from borecheck.motion.bounds import WORLD, Chain, Route, displacement, gains
+from borecheck.motion.bounds import Route, displacement, gains
 from borecheck.motion.outcome import Timeline
 from borecheck.motion.swept_boxes import EXTENT
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import WORLD
 
 if TYPE_CHECKING:
     from borecheck.motion.problem import Body, Motion, Pair
@@ -31,7 +33,7 @@ INSTANTS = 129
 
 
 def examine_containment(
-    chain: Chain, pair: "Pair", way: Route, motion: "Motion", timeline: Timeline
+    chain: JointChain, pair: "Pair", way: Route, motion: "Motion", timeline: Timeline
 ) -> None:
     """Adds stretches in which one body of a pair holds the other.
 
@@ -170,7 +172,9 @@ def along_ray(nodes, frame, depth, point):  # type: ignore[no-untyped-def]
     return found[:count].copy()
 
 
-def _boxes_stay_apart(chain: Chain, pair: "Pair", way: Route, motion: "Motion") -> bool:
+def _boxes_stay_apart(
+    chain: JointChain, pair: "Pair", way: Route, motion: "Motion"
+) -> bool:
     """Whether a's box, or the sphere round it, stays outside b's box all the way."""
     a, b = pair.moving, pair.standing
     gain = gains(chain, way, a.radius, motion.largest)

@@ -12,7 +12,6 @@ import numpy as np
 
 from borecheck.geometry.kernels.compile import INLINE, kernel
 from borecheck.geometry.tree.build import F32, WIDTH
-from borecheck.motion.bounds import SLIDES, TURNS, WORLD
 from borecheck.motion.swept_boxes import (
     CLEAR,
     OPEN,
@@ -27,6 +26,7 @@ from borecheck.motion.swept_boxes import (
     walk,
     write_row,
 )
+from borecheck.robots.kinematics.forward import SLIDES, TURNS, WORLD, place_all
 
 # What is known of a stretch: proven clear, holds contact, neither could be shown.
 CERTIFIED, TOUCHED, UNDECIDED = 0, 1, 2
@@ -47,61 +47,6 @@ def _copy(source, target):  # type: ignore[no-untyped-def]
     for i in range(4):
         for j in range(4):
             target[i, j] = source[i, j]
-
-
-@kernel(**INLINE)
-def _multiply(left, right, product):  # type: ignore[no-untyped-def]
-    """Product of two rigid transforms; it may not be one of the factors."""
-    for i in range(3):
-        x, y, z = left[i, 0], left[i, 1], left[i, 2]
-        for j in range(3):
-            product[i, j] = x * right[0, j] + y * right[1, j] + z * right[2, j]
-        shift = x * right[0, 3] + y * right[1, 3] + z * right[2, 3]
-        product[i, 3] = shift + left[i, 3]
-        product[3, i] = 0.0
-    product[3, 3] = 1.0
-
-
-@kernel(**INLINE)
-def _joint(theta, origin, kind, axis, step):  # type: ignore[no-untyped-def]
-    """Step = origin * motion of one joint."""
-    _copy(origin, step)
-    x, y, z = axis[0], axis[1], axis[2]
-    if kind == SLIDES:
-        for i in range(3):
-            step[i, 3] += theta * (
-                origin[i, 0] * x + origin[i, 1] * y + origin[i, 2] * z
-            )
-    elif kind == TURNS:
-        c, s = np.cos(theta), np.sin(theta)
-        v = 1.0 - c
-        for i in range(3):
-            p, q, r = origin[i, 0], origin[i, 1], origin[i, 2]
-            along = v * (p * x + q * y + r * z)
-            step[i, 0] = c * p + s * (q * z - r * y) + along * x
-            step[i, 1] = c * q + s * (r * x - p * z) + along * y
-            step[i, 2] = c * r + s * (p * y - q * x) + along * z
-
-
-@kernel
-def place_all(theta, parent, origin, kind, axis, placed):  # type: ignore[no-untyped-def]
-    """Fills T_world_frame of every frame, (n, 4, 4), at one configuration.
-
-    Args:
-        theta: Joint values, (n,).
-        parent: See `motion_bounds.Chain`, as the next three.
-        origin: (n, 4, 4).
-        kind: (n,).
-        axis: (n, 3).
-        placed: (n, 4, 4), filled.
-    """
-    step = np.zeros((4, 4))
-    for j in range(len(parent)):
-        if parent[j] == WORLD:
-            _joint(theta[j], origin[j], kind[j], axis[j], placed[j])
-        else:
-            _joint(theta[j], origin[j], kind[j], axis[j], step)
-            _multiply(placed[parent[j]], step, placed[j])
 
 
 @kernel(**INLINE)
@@ -183,7 +128,7 @@ def _at(theta, first, last, fraction, values):  # type: ignore[no-untyped-def]
 
 @kernel
 def examine(  # type: ignore[no-untyped-def]
-    theta, parent, origin, kind, axis, length, joints, forward, radius, largest,
+    theta, parent, kind, parts, length, joints, forward, radius, largest,
     a, b, undo, T_world_b, margin, resolution, contact_length, limit,
     nodes_a, corners_a, frame_a, nodes_b, corners_b, frame_b, depths,
     placed, is_placed, bends, has_bend, settled, findings,
@@ -192,13 +137,12 @@ def examine(  # type: ignore[no-untyped-def]
 
     Args:
         theta: Joint values at the waypoints, (k, n).
-        parent: The chain (`motion_bounds.Chain`), with origin, kind, axis.
-        origin: (n, 4, 4).
+        parent: The chain (`JointChain`), with kind, parts and length.
         kind: (n,).
-        axis: (n, 3).
+        parts: (n, 3, 3, 4).
         length: Length of every joint's fixed offset, (n,), [m].
         joints: The route from b to a, with forward.
-        forward: See `motion_bounds.Route`.
+        forward: See `motion.bounds.Route`.
         radius: Largest distance of a's vertices from its frame's origin, [m].
         largest: Largest |theta| of every joint on the path, (n,).
         a: Frame of the moving mesh.
@@ -272,15 +216,13 @@ def examine(  # type: ignore[no-untyped-def]
             waypoint = first if side == 0 else last
             if (begin if side == 0 else 1.0 - end) == 0.0:
                 if not is_placed[waypoint]:
-                    place_all(
-                        theta[waypoint], parent, origin, kind, axis, placed[waypoint]
-                    )
+                    place_all(theta[waypoint], parent, kind, parts, placed[waypoint])
                     is_placed[waypoint] = True
                 _copy(placed[waypoint, a], own[side, a])
                 if b != WORLD:
                     _copy(placed[waypoint, b], own[side, b])
             else:
-                place_all(values[side], parent, origin, kind, axis, own[side])
+                place_all(values[side], parent, kind, parts, own[side])
             if b == WORLD:
                 _apply(undo, own[side, a], ends[side])
             else:

@@ -18,19 +18,13 @@ from numpy.typing import NDArray
 
 from borecheck.geometry.triangles.placing import place_mesh
 from borecheck.geometry.triangles.solid import contained
-from borecheck.motion.bounds import (
-    WORLD,
-    Chain,
-    Route,
-    chord_slack,
-    displacement,
-    gains,
-    route,
-)
+from borecheck.motion.bounds import Route, chord_slack, displacement, gains, route
 from borecheck.motion.halving import CERTIFIED, TOUCHED, UNDECIDED
 from borecheck.motion.outcome import Timeline
 from borecheck.motion.passage import RESERVE, Approach, Slabs, told
 from borecheck.plans.corridor import Corridor
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import WORLD
 
 if TYPE_CHECKING:
     from borecheck.motion.problem import Body, Motion
@@ -51,7 +45,7 @@ EYE = np.eye(4)
 
 
 def examine_passage(
-    chain: Chain,
+    chain: JointChain,
     needle: "Body",
     patient: "Body",
     corridor: Corridor,
@@ -76,7 +70,7 @@ class PassageSearch:
 
     def __init__(
         self,
-        chain: Chain,
+        chain: JointChain,
         needle: "Body",
         patient: "Body",
         corridor: Corridor,

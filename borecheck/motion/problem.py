@@ -12,10 +12,11 @@ from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.surfaces import surface
 from borecheck.geometry.tree.mesh_tree import MeshTree
 from borecheck.geometry.triangles.topology import Topology
-from borecheck.motion import halving as path_kernels
-from borecheck.motion.bounds import WORLD, Chain, Route, mesh_radius, route
+from borecheck.motion.bounds import Route, mesh_radius, refuse_skewed, route
 from borecheck.motion.swept_boxes import LARGEST_PLACE
 from borecheck.plans.corridor import Corridor
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import WORLD
 
 Array = NDArray[np.float64]
 
@@ -127,16 +128,11 @@ class Motion:
         change = self.theta[first + 1] - self.theta[first]
         return self.theta[first] + (time - first) * change
 
-    def place(self, chain: Chain, time: float) -> Array:
+    def place(self, chain: JointChain, time: float) -> Array:
         """T_world_frame (frames, 4, 4) at a time in units of waypoints."""
         if time == int(time) and self.is_placed[int(time)]:
             return np.asarray(self.placed[int(time)])
-        theta = self.joints_at(time)
-        placed = np.zeros((chain.frame_count, 4, 4))
-        path_kernels.place_all(
-            theta, chain.parent, chain.origin, chain.kind, chain.axis, placed
-        )
-        return placed
+        return chain.placed(self.joints_at(time))
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +152,7 @@ class PathProblem:
         doubt: Why nothing may be called clear, whatever is proven; or None.
     """
 
-    chain: Chain
+    chain: JointChain
     parts: tuple[Body, ...]
     obstacles: tuple[Body, ...]
     self_pairs: tuple[tuple[int, int], ...] = ()
@@ -169,6 +165,7 @@ class PathProblem:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.margin) and self.margin >= 0.0):
             raise UsageError(f"margin is {self.margin}, not a distance in metres")
+        refuse_skewed(self.chain)
         for part in self.parts:
             if not 0 <= part.frame < self.chain.frame_count:
                 raise GeometryError(f"{part.name} is fixed to no frame of the chain")
@@ -258,7 +255,7 @@ def path_motion(problem: PathProblem, waypoints: ArrayLike) -> Motion:
     )
 
 
-def _checked(chain: Chain, waypoints: ArrayLike) -> Array:
+def _checked(chain: JointChain, waypoints: ArrayLike) -> Array:
     points = np.array(waypoints, dtype=np.float64)
     if points.ndim != 2 or len(points) == 0 or points.shape[1] < chain.joint_count:
         raise UsageError(

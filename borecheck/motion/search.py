@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import UsageError
 from borecheck.motion import halving as path_kernels
-from borecheck.motion.bounds import Chain, Route
+from borecheck.motion.bounds import Route
 from borecheck.motion.by_distance import by_distance
 from borecheck.motion.containment import examine_containment
 from borecheck.motion.outcome import (
@@ -27,6 +27,7 @@ from borecheck.motion.outcome import (
 from borecheck.motion.passage_search import examine_passage
 from borecheck.motion.problem import Body, Motion, Pair, PathProblem, path_motion
 from borecheck.motion.round_shapes import between
+from borecheck.robots.kinematics.chain import JointChain
 
 Array = NDArray[np.float64]
 
@@ -104,7 +105,7 @@ class Examined:
 
 
 def _examine(
-    chain: Chain,
+    chain: JointChain,
     pair: Pair,
     way: Route,
     motion: Motion,
@@ -124,7 +125,7 @@ def _examine(
 
 
 def examine_pair(
-    chain: Chain,
+    chain: JointChain,
     pair: Pair,
     way: Route,
     motion: Motion,
@@ -150,9 +151,8 @@ def examine_pair(
     findings, found, looked, judged = path_kernels.examine(
         motion.theta,
         chain.parent,
-        chain.origin,
         chain.kind,
-        chain.axis,
+        chain.parts,
         chain.length,
         way.joints,
         way.forward,
@@ -194,7 +194,7 @@ def examine_pair(
 
 
 def _examined_by_distance(
-    chain: Chain,
+    chain: JointChain,
     pair: Pair,
     way: Route,
     motion: Motion,

@@ -3,7 +3,7 @@
 All numbers are taken in the frame of the standing mesh b. Row k of a *track* holds, for
 one instant, the rotation of the moving mesh a (9 numbers), the place of the centre of
 its boxes measured from the centre of b's (3), and a slack (1). Between two instants a
-point of a stays within the slack of its chord (`motion_bounds.chord_slack`; the margin
+point of a stays within the slack of its chord (`motion.bounds.chord_slack`; the margin
 and rounding are added), so over any run of instants it stays within the slack of the
 hull of its places: an image of a box of a is computed from the least and largest
 entries of the run. If no image of a triangle's box meets a triangle's box of b, no
@@ -19,7 +19,7 @@ by X, the sum of the largest coordinates of both trees and of the places; entrie
 track are off by one rounding each. With u = 2**-24 all of it is below 64 u X, and twice
 that is added to the slack (`box_rounding`). Plane tests are in float64: placements of
 a chain of up to 100 joints and coordinates up to 100 m are off by less than
-100 * 16 * 2**-53 * 100 m < 2e-11 m; ROUNDING, 1e-10 m, is added.
+100 * 32 * 2**-53 * 100 m < 4e-11 m; ROUNDING, 1e-10 m, is added.
 """
 
 import numpy as np

@@ -8,17 +8,17 @@ whether it is so is looked at, three standard deviations out, and refused where 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.core.se3 import axis_rotation
+from borecheck.core.once import once_per_record
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.bounds import Chain
-from borecheck.motion.robot_problem import chain_of
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.robot_chain import chain_of
 from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot, complete_arguments, robot_with
 from borecheck.robots.robot_file import read_urdf
@@ -57,7 +57,7 @@ class DimensionErrors:
     offset: Array
     shapes: dict[int, Array]
 
-    def applied(self, chain: Chain, p: Array) -> Chain:
+    def applied(self, chain: JointChain, p: Array) -> JointChain:
         """The chain with these errors."""
         if not self.names:
             return chain
@@ -118,7 +118,7 @@ def _rates(robot: Robot, name: str) -> tuple[Array, Array, Array]:
     return shift / width, turn / width, (high.offset - low.offset) / width
 
 
-def _look(robot: Robot, chain: Chain, found: DimensionErrors, p: Array) -> None:
+def _look(robot: Robot, chain: JointChain, found: DimensionErrors, p: Array) -> None:
     """Refuses dimensions that act otherwise than in proportion."""
     built = changed_chain(robot, found.names, tuple(float(x) for x in p))
     taken = found.applied(chain, p)
@@ -140,7 +140,9 @@ def _look(robot: Robot, chain: Chain, found: DimensionErrors, p: Array) -> None:
         )
 
 
-def changed_chain(robot: Robot, names: tuple[str, ...], by: tuple[float, ...]) -> Chain:
+def changed_chain(
+    robot: Robot, names: tuple[str, ...], by: tuple[float, ...]
+) -> JointChain:
     """The chain of the robot with some dimensions changed."""
     return chain_of(replace(robot, model=_with_arguments(robot, names, by)))[1]
 
@@ -159,7 +161,7 @@ def _arguments(
     return {**robot.arguments, **changed}
 
 
-@lru_cache(maxsize=64)
+@once_per_record
 def _with_arguments(
     robot: Robot, names: tuple[str, ...], by: tuple[float, ...]
 ) -> RobotModel:

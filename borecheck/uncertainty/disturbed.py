@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.core.se3 import inverse
-from borecheck.motion.bounds import Chain
-from borecheck.motion.halving import place_all
-from borecheck.motion.robot_problem import chain_of
+from borecheck.motion.bounds import refuse_skewed
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.robot_chain import chain_of
 from borecheck.robots.robot import Robot
 from borecheck.uncertainty.covariance import REGISTRATION, Uncertainty
 from borecheck.uncertainty.dimensions import STEP, dimensions_of, rotation
@@ -33,6 +33,7 @@ class Disturbance:
     def __init__(self, robot: Robot, uncertainty: Uncertainty) -> None:
         self.robot, self.uncertainty = robot, uncertainty
         self.frame_of, self.nominal = chain_of(robot)
+        refuse_skewed(self.nominal)
         self.dimensions = dimensions_of(robot, uncertainty.dimensions)
         names = robot.model.joint_names
         self.places = [names.index(name) for name in uncertainty.joints.names]
@@ -54,7 +55,7 @@ class Disturbance:
         off[[REGISTRATION.index(n) for n in names]] = x[self.of_registration]
         return off
 
-    def chain(self, x: Array) -> Chain:
+    def chain(self, x: Array) -> JointChain:
         """The chain with dimensions and registration off; joints are not in it."""
         chain = self.dimensions.applied(self.nominal, x[self.of_dimensions])
         off = self.registration(x)
@@ -65,15 +66,6 @@ class Disturbance:
         origin = chain.origin.copy()
         origin[0] = T @ origin[0]
         return replace(chain, origin=origin)
-
-
-def placed(chain: Chain, q: Array) -> Array:
-    """T_world_frame of every frame of a chain at a configuration, (n, 4, 4)."""
-    found = np.zeros((chain.frame_count, 4, 4))
-    place_all(
-        chain.thetas(q), chain.parent, chain.origin, chain.kind, chain.axis, found
-    )
-    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +101,8 @@ class Disturbed:
         """T_scene_link (4, 4) of every link, the quantities being off by x."""
         off = np.asarray(x, dtype=np.float64)
         q = self.q + self._disturbance.joints(off)
-        frames = placed(self._disturbance.chain(off), q)
+        chain = self._disturbance.chain(off)
+        frames = chain.placed(chain.thetas(q))
         return {link: frames[k] for link, k in self._disturbance.frame_of.items()}
 
     def gradient(self, link: str, point: Array, normal: Array) -> Array:

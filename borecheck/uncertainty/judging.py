@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from borecheck.contact.verdict import CLEAR, CONTACT
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.tree.many_links import MovingLinks
-from borecheck.motion.bounds import Chain
 from borecheck.motion.halving import TOUCHED
 from borecheck.motion.outcome import PathVerdict
 from borecheck.motion.passage_search import PassageSearch
 from borecheck.motion.problem import Body, PathProblem, path_motion
 from borecheck.motion.search import search
-from borecheck.uncertainty.disturbed import Disturbance, placed
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.uncertainty.disturbed import Disturbance
 from borecheck.uncertainty.needle import NeedleRoom
 from borecheck.uncertainty.reach import effects_of, sizes
 from borecheck.uncertainty.room import restricted
@@ -111,11 +111,11 @@ class Judge:
         chain = self.disturbance.chain(x)
         return replace(self.problem, chain=chain, parts=tuple(parts))
 
-    def _seen(self, chain: Chain, points: Array) -> Names | None:
+    def _seen(self, chain: JointChain, points: Array) -> Names | None:
         """Surfaces that meet at one of the instants."""
         frames = [part.frame for part in self.problem.parts]
         qs = _at(points, self._times)
-        placements = np.stack([placed(chain, q)[frames] for q in qs])
+        placements = chain.placements(qs, frames)
         for links, others in (
             (self._obstacles, self.problem.obstacles),
             (self._itself, self.problem.parts),

@@ -16,11 +16,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.motion.bounds import WORLD, route
+from borecheck.motion.bounds import route
 from borecheck.motion.by_distance import displacement_about
 from borecheck.motion.passage import Approach, Slabs
 from borecheck.motion.passage_search import PassageSearch
 from borecheck.motion.problem import Motion, Pair, Passage, PathProblem, path_motion
+from borecheck.robots.kinematics.forward import WORLD
 from borecheck.uncertainty.reach import Effect, arms, grows_with_motion
 
 Array = NDArray[np.float64]

@@ -20,8 +20,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.motion.bounds import FIXED, TURNS, Chain, Route
+from borecheck.motion.bounds import Route
 from borecheck.motion.problem import Body
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import FIXED, TURNS
 from borecheck.uncertainty.disturbed import Disturbance
 
 Array = NDArray[np.float64]
@@ -74,7 +76,7 @@ def effects_of(disturbance: Disturbance) -> list[Effect]:
 
 def arms(
     effects: list[Effect],
-    chain: Chain,
+    chain: JointChain,
     way: Route,
     moving: Body,
     numbers: tuple[int, int],
@@ -115,7 +117,7 @@ def arms(
     return found
 
 
-def grows_with_motion(effects: list[Effect], chain: Chain) -> NDArray[np.bool_]:
+def grows_with_motion(effects: list[Effect], chain: JointChain) -> NDArray[np.bool_]:
     """Effects whose arms change while the body moves, (effects,)."""
     return np.array(
         [

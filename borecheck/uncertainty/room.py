@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.contact.verdict import CLEAR
-from borecheck.motion.bounds import WORLD, Route
+from borecheck.motion.bounds import Route
 from borecheck.motion.by_distance import displacement_about
 from borecheck.motion.problem import Body, Motion, Pair, PathProblem, path_motion
 from borecheck.motion.search import search
+from borecheck.robots.kinematics.forward import WORLD
 from borecheck.uncertainty.disturbed import Disturbance
 from borecheck.uncertainty.needle import NeedleRoom, needle_room
 from borecheck.uncertainty.reach import (

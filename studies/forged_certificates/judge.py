@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.bounds import FIXED, SLIDES, TURNS, Chain
 from borecheck.motion.problem import Body, PathProblem
 from borecheck.motion.search import search
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import FIXED, SLIDES, TURNS
 from borecheck.verify.binding import SAME
 
 Array = NDArray[np.float64]
@@ -72,9 +73,9 @@ def _motion(document: Document) -> Document:
     return {**bare, "pairs": pairs}
 
 
-def _chain(records: list[dict[str, Any]]) -> Chain:
+def _chain(records: list[dict[str, Any]]) -> JointChain:
     columns = {name: [r[name] for r in records] for name in records[0]}
-    return Chain(
+    return JointChain(
         np.array(columns["parent"]),
         np.array([_rotated(T) for T in columns["origin"]]),
         np.array([KINDS[kind] for kind in columns["kind"]]),
@@ -103,7 +104,9 @@ def _body(
     return Body(record["name"], mesh, T_frame_mesh=T)
 
 
-def _self_pairs(chain: Chain, parts: tuple[Body, ...]) -> tuple[tuple[int, int], ...]:
+def _self_pairs(
+    chain: JointChain, parts: tuple[Body, ...]
+) -> tuple[tuple[int, int], ...]:
     """As `robots.robot` says: no pairs of one rigid body, nor of neighbours."""
     top = {-1: -1}
     for frame in range(chain.frame_count):

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from borecheck.core.se3 import transform
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.bounds import TURNS, WORLD, Chain
 from borecheck.motion.by_distance import displacement_about
 from borecheck.motion.certificate import statement
 from borecheck.motion.problem import Body, Motion, Pair, PathProblem, path_motion
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import TURNS, WORLD
 from studies.forged_certificates.mutations import renewed
 from studies.forged_certificates.problems import ABOUT, Case
 
@@ -325,7 +326,7 @@ def hidden(rng: np.random.Generator) -> Iterator[tuple[str, Document, list[Any]]
     An arm that moves a little, wholly in a block: drawn once; drawn on both sides; as
     two blocks that overlap of which one is inside out; and without a triangle.
     """
-    chain = Chain(
+    chain = JointChain(
         np.array([-1]), np.eye(4)[None], np.array([TURNS]), rng.normal(size=(1, 3)),
         np.array([0]), np.ones(1), np.zeros(1),
     )  # fmt: skip

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from borecheck.core.se3 import transform
 from borecheck.geometry.mesh.primitives import box, sphere
-from borecheck.motion.bounds import FIXED, SLIDES, TURNS, Chain
 from borecheck.motion.certificate import bodies_of, certificate, statement
 from borecheck.motion.problem import Body, PathProblem
 from borecheck.motion.search import search
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import FIXED, SLIDES, TURNS
 from borecheck.verify.binding import Expected
 from borecheck.verify.check import Expect
 
@@ -87,7 +88,7 @@ def _random(rng: np.random.Generator) -> tuple[PathProblem, Array]:
     used = np.unique(source[kind != FIXED], return_inverse=True)[1]
     source = np.full(count, -1)
     source[kind != FIXED] = used
-    chain = Chain(
+    chain = JointChain(
         np.arange(count) - 1,
         np.array([_joint_origin(rng, j) for j in range(count)]),
         kind, axis, source, factor, np.zeros(count),
@@ -120,7 +121,9 @@ def _obstacle(rng: np.random.Generator, k: int) -> Body:
     return Body(f"obstacle{k}", replace(mesh, name="m"), T_frame_mesh=place, role=role)
 
 
-def _self_pairs(chain: Chain, parts: tuple[Body, ...]) -> tuple[tuple[int, int], ...]:
+def _self_pairs(
+    chain: JointChain, parts: tuple[Body, ...]
+) -> tuple[tuple[int, int], ...]:
     """All pairs of parts but of one rigid body and of neighbours: a straight chain."""
     body: list[int] = []
     for frame in range(chain.frame_count):

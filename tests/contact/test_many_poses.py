@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.many_poses import breadth_first, prepared
+from borecheck.contact.many_poses import prepared
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.robot_problem import chain_of
+from borecheck.robots.kinematics.robot_chain import breadth_first, chain_of
 from borecheck.robots.scene import Obstacle, Scene
 from tests.places import ROBOTS
 
@@ -73,7 +73,7 @@ def test_refusals(zerobot, ct_gantry):
         bc.first_contacts(zerobot, ct_gantry, [[np.nan] * 6])
 
 
-def test_breadth_first_order_is_that_of_the_certified_search(zerobot):
+def test_joints_come_from_the_root_outwards(zerobot):
     order, frame_of = breadth_first(zerobot.model.tree)
     joints = zerobot.model.tree.joints
     assert sorted(order) == list(range(len(joints)))

@@ -1,10 +1,13 @@
 """Prunings are strict pre-filters: the same triangle pairs, in fewer tests."""
 
+import gc
 import sys
+import weakref
 
 import numpy as np
 import pytest
 
+from borecheck.core.se3 import transform
 from borecheck.errors import GeometryError, UnknownNameError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
@@ -140,8 +143,30 @@ def test_triangles_without_area_are_found(pruning, flat):
 
 def test_the_same_record_has_one_surface():
     mesh = box("b", (1.0, 1.0, 1.0))
-    assert surface(mesh) is surface(mesh)
+    assert surface(mesh) == surface(mesh)
     assert surface(mesh).tree is surface(mesh).tree
+    assert surface(mesh).topology is surface(mesh).topology
+
+
+def test_all_that_is_built_of_a_mesh_dies_with_it():
+    """Without the collector of circles: a planner's scenes must not pile up."""
+    mesh, other = box("b", (1.0, 1.0, 1.0)), box("c", (0.5, 0.5, 0.5))
+    shifted = transform((0.6, 0.0, 0.0))
+    gc.collect()
+    gc.disable()
+    try:
+        a, b = surface(mesh), surface(other)
+        for pruning in PRUNINGS:
+            assert len(contacts(a, WORLD, b, shifted, "exact", pruning).pairs)
+        assert len(contacts(a, WORLD, b, shifted, "coal").pairs)
+        assert a.topology.winding_tells
+        assert len(a.representatives) == 1
+        assert mesh.inner is mesh
+        kept = [weakref.ref(x) for x in (mesh, a.tree, a.topology, a.coal)]
+        del a, mesh
+        assert [reference() for reference in kept] == [None] * 4
+    finally:
+        gc.enable()
 
 
 def test_names():

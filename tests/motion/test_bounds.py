@@ -7,20 +7,18 @@ from numpy.typing import NDArray
 from borecheck.errors import GeometryError
 from borecheck.motion import halving as path_kernels
 from borecheck.motion.bounds import (
-    FIXED,
-    SLIDES,
-    TURNS,
-    WORLD,
-    Chain,
     Route,
     chord_slack,
     displacement,
     gains,
     mesh_radius,
-    relative_placement,
     route,
 )
+from borecheck.motion.problem import PathProblem
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import FIXED, SLIDES, TURNS, WORLD
 from studies import paths
+from tests.robots.kinematics.plain import relative_placement
 
 Array = NDArray[np.float64]
 
@@ -29,13 +27,13 @@ ROUNDING = 1e-12
 
 
 @pytest.fixture(scope="module")
-def chains() -> list[Chain]:
+def chains() -> list[JointChain]:
     rng = np.random.default_rng(11)
     study = paths
     return [study._random_chain(rng) for _ in range(40)]
 
 
-def _motions(rng: np.random.Generator, chain: Chain, size: float) -> Array:
+def _motions(rng: np.random.Generator, chain: JointChain, size: float) -> Array:
     """Joint values (101, n) along a straight motion."""
     start = rng.uniform(-1.5, 1.5, chain.joint_count)
     end = start + size * rng.normal(size=chain.joint_count)
@@ -43,20 +41,22 @@ def _motions(rng: np.random.Generator, chain: Chain, size: float) -> Array:
     return chain.thetas((1 - t) * start + t * end)
 
 
-def _ways(chain: Chain) -> list[Route]:
+def _ways(chain: JointChain) -> list[Route]:
     """From the world, from one frame to another, and against the chain."""
     last = chain.frame_count - 1
     return [route(chain, WORLD, last), route(chain, 0, last), route(chain, last, 0)]
 
 
-def _followed(chain: Chain, way: Route, theta: Array, points: Array) -> Array:
+def _followed(chain: JointChain, way: Route, theta: Array, points: Array) -> Array:
     """Places (samples, points, 3) of points of b in the frame of a."""
     placed = np.array([relative_placement(chain, way, values) for values in theta])
     return np.einsum("kij,pj->kpi", placed[:, :3, :3], points) + placed[:, None, :3, 3]
 
 
 @pytest.mark.parametrize("size", [0.01, 0.3, 2.0])
-def test_points_stay_within_the_displacement(chains: list[Chain], size: float) -> None:
+def test_points_stay_within_the_displacement(
+    chains: list[JointChain], size: float
+) -> None:
     rng = np.random.default_rng(12)
     used = []
     for chain in chains:
@@ -74,7 +74,7 @@ def test_points_stay_within_the_displacement(chains: list[Chain], size: float) -
 
 
 @pytest.mark.parametrize("size", [0.01, 0.3, 2.0])
-def test_points_stay_near_the_chord(chains: list[Chain], size: float) -> None:
+def test_points_stay_near_the_chord(chains: list[JointChain], size: float) -> None:
     rng = np.random.default_rng(13)
     used = []
     for chain in chains:
@@ -122,7 +122,7 @@ def test_slides_move_all_points_alike_and_lengthen_the_reach() -> None:
     np.testing.assert_allclose(gain, [0.75, 1.0])
 
 
-def test_kernels_give_the_plain_forms(chains: list[Chain]) -> None:
+def test_kernels_give_the_plain_forms(chains: list[JointChain]) -> None:
     rng = np.random.default_rng(14)
     for chain in chains:
         theta = _motions(rng, chain, 1.0)
@@ -133,10 +133,7 @@ def test_kernels_give_the_plain_forms(chains: list[Chain]) -> None:
                 way.joints, way.forward, chain.kind, chain.length, 0.3, largest
             )
             np.testing.assert_array_equal(kernel, plain)
-        placed = np.zeros((chain.frame_count, 4, 4))
-        path_kernels.place_all(
-            theta[7], chain.parent, chain.origin, chain.kind, chain.axis, placed
-        )
+        placed = chain.placed(theta[7])
         for frame in range(chain.frame_count):
             expected = relative_placement(chain, route(chain, WORLD, frame), theta[7])
             np.testing.assert_allclose(placed[frame], expected, atol=ROUNDING)
@@ -157,7 +154,7 @@ def test_bend_is_the_largest_distance_from_the_line() -> None:
         ({"source": [-1]}, "no source"),
         ({"axis": [[0.0, 0.0, 0.0]]}, "length 0"),
         ({"factor": [np.nan]}, "not finite"),
-        ({"origin": [np.diag([1.0, 1.0, 1.0 + 1e-9, 1.0])]}, "not quite a rotation"),
+        ({"origin": [np.diag([1.0, 1.0, -1.0, 1.0])]}, "origin of joint 0"),
         ({"offset": [0.0, 1.0]}, "shape"),
     ],
 )
@@ -166,7 +163,15 @@ def test_chains_that_make_no_sense(change: dict[str, list[float]], words: str) -
         _chain(**{"kind": [TURNS], **change})
 
 
-def _chain(*, kind: list[int], **given: object) -> Chain:
+def test_bounds_hold_for_rotations_only() -> None:
+    """Typed with six digits an origin is good enough to place, not to bound."""
+    chain = _chain(kind=[TURNS], origin=[np.diag([1.0, 1.0, 1.0 + 1e-9, 1.0])])
+    assert chain.placements([[0.0]])[0, 0, 2, 2] == 1.0 + 1e-9
+    with pytest.raises(GeometryError, match="joint 0 is not quite a rotation"):
+        PathProblem(chain, (), ())
+
+
+def _chain(*, kind: list[int], **given: object) -> JointChain:
     """Joints about z at the origin, unless said otherwise."""
     n = len(kind)
     fields: dict[str, object] = {
@@ -178,7 +183,7 @@ def _chain(*, kind: list[int], **given: object) -> Chain:
         "factor": [1.0] * n,
         "offset": [0.0] * n,
     }
-    return Chain(**{**fields, **given})  # type: ignore[arg-type]
+    return JointChain(**{**fields, **given})  # type: ignore[arg-type]
 
 
 def test_fixed_joints_do_not_count() -> None:

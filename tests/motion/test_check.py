@@ -12,13 +12,14 @@ from borecheck.core.se3 import transform
 from borecheck.errors import GeometryError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion import halving as path_kernels
-from borecheck.motion.bounds import SLIDES, TURNS, Chain
 from borecheck.motion.certificate import certificate
 from borecheck.motion.check import check_path
 from borecheck.motion.problem import Body, PathProblem
-from borecheck.motion.robot_problem import chain_of, path_problem
+from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.search import search
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import SLIDES, TURNS
+from borecheck.robots.kinematics.robot_chain import chain_of
 from borecheck.verify.check import verify
 from studies import paths
 
@@ -28,8 +29,8 @@ Array = NDArray[np.float64]
 STUDY_PATHS = 60
 
 
-def _slider(axis: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> Chain:
-    return Chain(
+def _slider(axis: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> JointChain:
+    return JointChain(
         parent=np.array([-1]),
         origin=np.eye(4)[None],
         kind=np.array([SLIDES]),
@@ -40,9 +41,9 @@ def _slider(axis: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> Chain:
     )
 
 
-def _hinge() -> Chain:
+def _hinge() -> JointChain:
     """One turn about z through the origin."""
-    return Chain(
+    return JointChain(
         parent=np.array([-1]),
         origin=np.eye(4)[None],
         kind=np.array([TURNS]),
@@ -161,7 +162,7 @@ def test_a_zigzag_is_not_its_chord() -> None:
 
 def test_self_contact_of_two_moving_parts() -> None:
     """Two sliders on one rail, the second twice as fast by mimic: it catches up."""
-    chain = Chain(
+    chain = JointChain(
         parent=np.array([-1, -1]),
         origin=np.array([transform([0.5, 0, 0]), transform([0.0, 0, 0])]),
         kind=np.array([SLIDES, SLIDES]),
@@ -318,10 +319,7 @@ KINEMATICS_TOLERANCE = 1e-12
 def test_the_chain_places_links_as_pinocchio_does(zerobot, rng) -> None:  # type: ignore[no-untyped-def]
     frame_of, chain = chain_of(zerobot)
     for q in zerobot.model.random_configurations(rng, 20):
-        placed = np.zeros((chain.frame_count, 4, 4))
-        path_kernels.place_all(
-            chain.thetas(q), chain.parent, chain.origin, chain.kind, chain.axis, placed
-        )
+        placed = chain.placed(chain.thetas(q))
         expected = zerobot.placements(q)
         for link, frame in frame_of.items():
             np.testing.assert_allclose(

@@ -11,7 +11,6 @@ from borecheck.core.se3 import transform
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.motion import least_clearance as least_of
-from borecheck.motion.bounds import SLIDES, TURNS, Chain
 from borecheck.motion.check import check_motion, check_path
 from borecheck.motion.least_clearance import Tolerance, least_clearance
 from borecheck.motion.problem import Body, Passage, PathProblem
@@ -19,6 +18,8 @@ from borecheck.motion.search import search
 from borecheck.plans.corridor import Corridor
 from borecheck.report.document import motion_block
 from borecheck.report.motion_words import at_least, at_most
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import SLIDES, TURNS
 from borecheck.robots.scene import Obstacle, Scene
 from studies import resampled_motions
 from tests.places import ROBOTS
@@ -28,7 +29,7 @@ ROUNDING = 1e-8
 
 
 def chain_of_one(kind, axis):
-    return Chain(
+    return JointChain(
         parent=np.array([-1]),
         origin=np.eye(4)[None],
         kind=np.array([kind]),
@@ -119,7 +120,7 @@ def test_in_contact_there_is_none():
 
 
 def test_parts_among_themselves_do_not_count():
-    frame = Chain(
+    frame = JointChain(
         parent=np.array([-1, -1]),
         origin=np.stack([np.eye(4), transform([0.0, 0.11, 0.0])]),
         kind=np.array([SLIDES, SLIDES]),
@@ -248,7 +249,6 @@ def test_a_part_of_the_study():
 
 def test_a_trip_builds_every_tree_once_and_searches_once(monkeypatch, tmp_path):
     """Check, motion, least clearance and certificate of Zerobot in its gantry."""
-    from borecheck.geometry import surfaces
     from borecheck.geometry.tree import mesh_tree
     from borecheck.motion import certify, check
 
@@ -261,7 +261,6 @@ def test_a_trip_builds_every_tree_once_and_searches_once(monkeypatch, tmp_path):
 
         return call
 
-    surfaces.surface.cache_clear()
     monkeypatch.setattr(mesh_tree, "build", counted("trees", mesh_tree.build))
     for module in (check, certify):
         real = module.search

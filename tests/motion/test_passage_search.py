@@ -9,12 +9,13 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.placing import place_mesh
 from borecheck.motion import passage_search
-from borecheck.motion.bounds import FIXED, SLIDES, TURNS, Chain
 from borecheck.motion.passage import Approach
 from borecheck.motion.passage_search import PassageSearch
 from borecheck.motion.problem import Body, Passage, PathProblem, path_motion
 from borecheck.motion.search import search
 from borecheck.plans.corridor import SLACK, Corridor
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import FIXED, SLIDES, TURNS
 
 RADIUS = 0.00055
 LENGTH = 0.05
@@ -70,7 +71,7 @@ def needle(shift=(0.0, 0.0, 0.0), hub_at=None, length=0.12):
 
 def crank(arm=0.0):
     """q: height of the needle, turn of a crank about an upright axis `arm` aside."""
-    return Chain(
+    return JointChain(
         parent=np.array([-1, 0, 1]),
         origin=np.array([np.eye(4), transform([arm, 0, 0]), transform([-arm, 0, 0])]),
         kind=np.array([SLIDES, TURNS, FIXED]),
@@ -83,7 +84,7 @@ def crank(arm=0.0):
 
 def tilting():
     """q: height of the needle, its tilt about a point 40 mm above the tip."""
-    return Chain(
+    return JointChain(
         parent=np.array([-1, 0, 1]),
         origin=np.array([np.eye(4), transform([0, 0, 0.04]), transform([0, 0, -0.04])]),
         kind=np.array([SLIDES, TURNS, FIXED]),
@@ -269,7 +270,7 @@ def random_chain(rng):
     """A few turning and sliding joints with offsets, one after the other."""
     n = 4
     origins = np.array([transform(rng.uniform(-0.2, 0.2, 3)) for _ in range(n)])
-    return Chain(
+    return JointChain(
         parent=np.arange(n) - 1,
         origin=origins,
         kind=rng.choice([TURNS, SLIDES], n),
@@ -337,7 +338,7 @@ def slanted(chain, R):
     foot = np.eye(4)
     foot[:3, :3] = R
     origin = np.array([foot @ chain.origin[0], *chain.origin[1:]])
-    return Chain(
+    return JointChain(
         chain.parent, origin, chain.kind, chain.axis,
         chain.source, chain.factor, chain.offset,
     )  # fmt: skip

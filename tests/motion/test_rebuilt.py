@@ -7,7 +7,8 @@ import borecheck as bc
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion.binding import expected
-from borecheck.motion.bounds import SLIDES, Chain
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import SLIDES
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Obstacle, Scene
 from tests.places import ROBOTS
@@ -54,7 +55,7 @@ def test_a_link_that_pinocchio_places_elsewhere_is_a_doubt(
 
 def test_axes_are_brought_to_length_1():
     for axis in ([0.0, 0.0, 2.0], [0.0, 0.0, 1e-3], [0.0, 0.0, 1.0 + 1e-9]):
-        chain = Chain(
+        chain = JointChain(
             parent=np.array([-1]),
             origin=np.eye(4)[None],
             kind=np.array([SLIDES]),

@@ -9,10 +9,10 @@ from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion.check import check_motion
-from borecheck.motion.halving import place_all
-from borecheck.motion.robot_problem import chain_of, path_problem
+from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.samples import configurations_at, sample_fractions, sample_motion
 from borecheck.plans.corridor import Corridor
+from borecheck.robots.kinematics.robot_chain import chain_of
 from borecheck.robots.scene import Obstacle, Scene
 from tests.places import ROBOTS
 
@@ -122,8 +122,7 @@ def test_the_certificates_chain_is_the_models(robot, request, rng):
     frame_of, chain = chain_of(robot)
     for q in robot.model.random_configurations(rng, 10):
         theta = chain.thetas(q[None])[0]
-        placed = np.zeros((chain.frame_count, 4, 4))
-        place_all(theta, chain.parent, chain.origin, chain.kind, chain.axis, placed)
+        placed = chain.placed(theta)
         for link, T in robot.placements(q).items():
             assert np.abs(placed[frame_of[link]] - T).max() < ROUNDING
 

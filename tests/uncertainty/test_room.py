@@ -5,16 +5,17 @@ import pytest
 from scipy.stats import chi2, kstest
 
 from borecheck.contact.verdict import CLEAR
-from borecheck.motion.bounds import WORLD, route
+from borecheck.motion.bounds import route
 from borecheck.motion.problem import PathProblem
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.search import search
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.plans.plan_motion import plan_motion
+from borecheck.robots.kinematics.forward import WORLD
 from borecheck.robots.robot import Robot, load_robot
 from borecheck.robots.scene import Scene, load_scene
 from borecheck.uncertainty.covariance import from_document
-from borecheck.uncertainty.disturbed import Disturbance, placed
+from borecheck.uncertainty.disturbed import Disturbance
 from borecheck.uncertainty.draws import Shell, enough_radius
 from borecheck.uncertainty.judging import Judge, State
 from borecheck.uncertainty.reach import arms, effects_of, per_sigma, sizes
@@ -50,7 +51,7 @@ def test_no_point_moves_farther_than_the_bound(
     problem = path_problem(zerobot, load_scene("ct_gantry"))
     effects = effects_of(disturbance)
     q = np.array([0.05, 0.02, -0.03, 0.3, 0.2, 0.01])
-    before = placed(problem.chain, q)
+    before = problem.chain.placed(problem.chain.thetas(q))
     tightest = 0.0
     for pair in [problem.pairs[0], problem.pairs[30], *problem.pairs[-3:]]:
         a, b = pair.moving, pair.standing
@@ -58,7 +59,8 @@ def test_no_point_moves_farther_than_the_bound(
         to_world = b.frame == WORLD
         c = arms(effects, problem.chain, way, a, (-1, -1), to_world, before)
         for x in drawn(disturbance, 20, 3.0):
-            after = placed(disturbance.chain(x), q + disturbance.joints(x))
+            chain = disturbance.chain(x)
+            after = chain.placed(chain.thetas(q + disturbance.joints(x)))
             moved = np.zeros(1)
             for frames, sign in ((before, -1.0), (after, 1.0)):
                 T = frames[a.frame]

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from borecheck.core.se3 import transform
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.bounds import SLIDES, Chain
 from borecheck.motion.certificate import certificate, digest
 from borecheck.motion.problem import Body, PathProblem
 from borecheck.motion.search import search
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import SLIDES
 from borecheck.verify.check import verify
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ WALL = bar("wall", [2.0, 0.1, 1.0], [0, GAP + 0.1, 0])
 def problem(*parts: TriangleMesh, wall: TriangleMesh = WALL) -> PathProblem:
     """The first part slides along x, the second, if there is one, on it along z."""
     n = len(parts)
-    chain = Chain(
+    chain = JointChain(
         parent=np.arange(n) - 1,
         origin=np.tile(np.eye(4), (n, 1, 1)),
         kind=np.full(n, SLIDES),

@@ -18,7 +18,6 @@ from borecheck.core.se3 import axis_rotation, transform
 from borecheck.errors import BorecheckError
 from borecheck.geometry.mesh.primitives import box, sphere
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.bounds import SLIDES, TURNS, Chain
 from borecheck.motion.certificate import (
     certificate,
     digest,
@@ -27,6 +26,8 @@ from borecheck.motion.certificate import (
 )
 from borecheck.motion.problem import Body, PathProblem, path_motion
 from borecheck.motion.search import search
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import SLIDES, TURNS
 from borecheck.verify import chain as certificate_chain
 from borecheck.verify import check as certificate_check
 from borecheck.verify import distance as certificate_distance
@@ -45,7 +46,7 @@ WAYPOINTS = np.array([[-0.8, 0.0], [0.2, 0.05], [0.9, 0.0]])
 
 def _problem() -> PathProblem:
     """A hinge with a mimic slider on it, swinging two bars past a ball."""
-    chain = Chain(
+    chain = JointChain(
         parent=np.array([-1, 0, 1]),
         origin=np.array([transform([0, 0, 0.1]), np.eye(4), transform([0.27, 0, 0])]),
         kind=np.array([TURNS, SLIDES, SLIDES]),

@@ -14,7 +14,6 @@ from borecheck.cli import main
 from borecheck.core.se3 import axis_rotation, transform
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.motion.bounds import SLIDES, TURNS, Chain
 from borecheck.motion.certificate import (
     certificate,
     corridor_record,
@@ -25,6 +24,8 @@ from borecheck.motion.passage import Approach, Slabs
 from borecheck.motion.problem import Body, Passage, PathProblem
 from borecheck.motion.search import search
 from borecheck.plans.corridor import SLACK, Corridor
+from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import SLIDES, TURNS
 from borecheck.verify.check import verify
 from borecheck.verify.passage import StatedCorridor
 from borecheck.verify.statement import Passage as StatedPassage
@@ -59,7 +60,7 @@ HOLDER = _block([-0.01, -0.01, 0.1], [0.01, 0.01, 0.12])
 
 @pytest.fixture(scope="module")
 def problem() -> PathProblem:
-    chain = Chain(
+    chain = JointChain(
         parent=np.array([-1, 0]),
         origin=np.array([np.eye(4), transform([0, 0, 0.02])]),
         kind=np.array([SLIDES, TURNS]),

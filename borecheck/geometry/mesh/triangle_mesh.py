@@ -84,11 +84,15 @@ class TriangleMesh:
         keys, counts = np.unique(key, return_counts=True)
         return bool((counts == 1).all() and np.array_equal(keys, np.unique(back)))
 
-    @cached_property
+    @property
     def inner(self) -> "TriangleMesh":
         """The polyhedron within a round shape; of any other the mesh itself."""
-        if self.inner_vertices is None:
-            return self
+        # A mesh that remembered itself would wait for the garbage collector.
+        return self if self.inner_vertices is None else self._within
+
+    @cached_property
+    def _within(self) -> "TriangleMesh":
+        assert self.inner_vertices is not None
         return TriangleMesh(self.name, self.inner_vertices, self.triangles)
 
     @cached_property

@@ -62,7 +62,7 @@ def test_every_cached_kernel_is_stamped_with_all_its_sources(name):
 
 def test_there_are_kernels_to_look_at():
     expected = {"geometry.tree.query", "geometry.triangles.exact"}
-    expected |= {"robots.kinematics.chain", "motion.halving"}
+    expected |= {"robots.kinematics.forward", "motion.halving"}
     assert {f"borecheck.{name}" for name in expected} <= set(KERNEL_MODULES)
 
 
