@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.core.se3 import axis_rotation
 from borecheck.core.once import once_per_record
+from borecheck.core.se3 import axis_rotation
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.robots.kinematics.chain import JointChain
