@@ -13,7 +13,7 @@ from borecheck.errors import UsageError
 
 if TYPE_CHECKING:
     from borecheck.plans.needle_plan import NeedlePlan
-    from borecheck.verify.check import Verification
+    from borecheck.verify.verification import Verification
 
 Verify = Callable[[Path], "Verification"]
 

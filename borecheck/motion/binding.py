@@ -26,10 +26,11 @@ from borecheck.plans.plan_motion import plan_motion
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 from borecheck.verify.binding import Expected
-from borecheck.verify.check import Expect, Verification
+from borecheck.verify.check import Expect
 from borecheck.verify.check import verify as verify_alone
 from borecheck.verify.fields import Rejected
 from borecheck.verify.reading import Meshes
+from borecheck.verify.verification import Verification
 
 Array = NDArray[np.float64]
 

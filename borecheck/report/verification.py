@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from borecheck.core.text import in_lines
-from borecheck.verify.check import Verification
+from borecheck.verify.verification import Verification
 
 # Of a hash, enough to tell two robots apart on a line.
 HASH_SHOWN = 12

@@ -1,4 +1,4 @@
-"""A needle in its corridor, for `verify.check`: numpy only.
+"""A needle in its corridor, for `verify.claims`: numpy only.
 
 Everything is told by depth along the corridor's line, 0 at the entry, and by distance
 aside of it. If no point of the needle moves farther than a length during an interval,

@@ -30,7 +30,7 @@ MOST_PACKED = 1 << 29
 # No mesh is packed closer than this; what is, would fill the memory.
 CLOSEST = 200
 MOST_ARRAYS = 20_000
-# No coordinate is larger, [m]: what float64 carries is shown in `verify.statement`.
+# No coordinate is larger, [m]: `verify.read_statement` shows what float64 carries.
 LARGEST_PLACE = 1e3
 
 

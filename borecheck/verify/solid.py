@@ -1,4 +1,4 @@
-"""Closed surfaces and what they hold, for `verify.check`: numpy only.
+"""Closed surfaces and what they hold, for `verify.claims`: numpy only.
 
 A point from which a straight line leads away without meeting a surface is outside,
 whatever the surface is. Where there is none, the surface's winding number is asked;

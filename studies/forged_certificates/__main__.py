@@ -23,8 +23,9 @@ from typing import Any
 
 import numpy as np
 
-from borecheck.verify.check import Verification, verify
+from borecheck.verify.check import verify
 from borecheck.verify.reading import mesh_hash, read_meshes
+from borecheck.verify.verification import Verification
 from studies.forged_certificates import judge, lies, problems
 from studies.forged_certificates.files import damaged, is_same
 from studies.forged_certificates.mutations import mutated

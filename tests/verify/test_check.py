@@ -33,9 +33,9 @@ from borecheck.verify import check as certificate_check
 from borecheck.verify import distance as certificate_distance
 from borecheck.verify.check import verify
 from borecheck.verify.distance import GroupedMesh
+from borecheck.verify.read_statement import read_statement
 from borecheck.verify.reading import mesh_hash, read_meshes
 from borecheck.verify.solid import connected_corners, is_closed, winding
-from borecheck.verify.statement import read_statement
 from tests.places import PROJECT
 
 Array = NDArray[np.float64]

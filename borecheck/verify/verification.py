@@ -1,0 +1,46 @@
+"""What checking a certificate gave."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+# What no certificate can know by itself.
+NOT_KNOWN = (
+    "whether chain and parts are those of the robot meant, obstacles those of the "
+    "scene, and waypoints and corridor those of the path or plan: give --robot, "
+    "--scene and --plan or --path",
+)
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What checking a certificate gave.
+
+    Attributes:
+        accepted: Whether every statement was confirmed.
+        problems: What was not, one line each. Names in it are the certificate's own:
+            show them with `core.text.printable`.
+        intervals: How many intervals were checked.
+        pairs: How many pairs of surfaces.
+        not_covered: Pairs of parts that the robot's own files let touch; they were not
+            asked, which only a bound check accepts.
+        passages: Pairs that may touch, and the corridor stated for each.
+        neighbours: Pairs of parts that were not asked: neighbours in the chain, or
+            parts of one rigid body.
+        bound_to: What it was compared with, or None: it was checked by itself.
+        not_known: What could not be known, one sentence each.
+        could_not_run: Whether the file itself could not be read.
+        stated: The plain values that were checked, if they could be read.
+    """
+
+    accepted: bool
+    problems: tuple[str, ...]
+    intervals: int = 0
+    pairs: int = 0
+    not_covered: tuple[tuple[str, str], ...] = ()
+    passages: tuple[str, ...] = ()
+    neighbours: tuple[tuple[str, str], ...] = ()
+    bound_to: str | None = None
+    not_known: tuple[str, ...] = NOT_KNOWN
+    could_not_run: bool = False
+    stated: Mapping[str, Any] = field(default_factory=dict)
