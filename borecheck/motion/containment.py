@@ -188,7 +188,7 @@ def _boxes_stay_apart(
     low, high = b.mesh.bounds
     for time, until in zip(times, np.diff(at, append=at[-1]), strict=True):
         placed = motion.place(chain, float(time))
-        undo = pair.undo if b.frame == WORLD else np.linalg.inv(placed[b.frame])
+        undo = b.undo if b.frame == WORLD else np.linalg.inv(placed[b.frame])
         T_b_a = undo @ placed[a.frame]
         centre = T_b_a @ np.append(middle, 1.0)
         outside = np.maximum(np.maximum(low - centre[:3], centre[:3] - high), 0.0)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact.verdict import CONTACT
 from borecheck.errors import UsageError
-from borecheck.geometry.triangles.placing import placed_bounds
+from borecheck.motion.broadphase import gaps_of_pairs, room_of_pairs
 from borecheck.motion.outcome import LeastClearance, PathVerdict
 from borecheck.motion.problem import Motion, PathProblem, path_motion
 from borecheck.motion.search import RESOLUTION, examine_pair, joined, search
@@ -111,12 +111,7 @@ class _Search:
         self.problem, self.motion = problem, motion
         self.tolerance, self.floor = tolerance, floor
         self.pairs = problem.pairs[: problem.obstacle_pair_count]
-        self.boxes = np.array(
-            [
-                placed_bounds(pair.standing.T_frame_mesh, pair.standing.mesh.bounds)
-                for pair in self.pairs
-            ]
-        )
+        self.room = room_of_pairs(problem, motion)
         self.span = len(motion.theta) - 1.0
         self.upper, self.time, self.nearest = inf, 0.0, -1
 
@@ -149,14 +144,7 @@ class _Search:
     def _look(self, time: float) -> Array:
         """Lowers the upper bound by an instant; gaps between the boxes of all pairs."""
         placed = self.motion.place(self.problem.chain, time)
-        boxes = {
-            part: placed_bounds(placed[part.frame], part.mesh.bounds)
-            for part in self.problem.parts
-        }
-        moving = np.array([boxes[pair.moving] for pair in self.pairs])
-        low, high = self.boxes[:, 0], self.boxes[:, 1]
-        apart = np.maximum(low - moving[:, 1], moving[:, 0] - high)
-        gaps = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
+        gaps = gaps_of_pairs(self.problem, placed)[: len(self.pairs)]
         for k in np.argsort(gaps):
             if gaps[k] >= self.upper:
                 break
@@ -216,6 +204,8 @@ class _Search:
 
     def _nearer_than(self, k: int, level: float) -> Array:
         """Where a pair is not shown to be farther apart: rows of `Examined`."""
+        if self.room[k] > level:
+            return np.zeros((0, 3))
         resolution = max(RESOLUTION, 0.02 * (self.upper - level))
         return examine_pair(
             self.problem.chain,

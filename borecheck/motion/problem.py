@@ -11,6 +11,7 @@ from borecheck.errors import GeometryError, UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.surfaces import surface
 from borecheck.geometry.tree.mesh_tree import MeshTree
+from borecheck.geometry.triangles.placing import placed_bounds
 from borecheck.geometry.triangles.topology import Topology
 from borecheck.motion.bounds import Route, mesh_radius, refuse_skewed, route
 from borecheck.motion.swept_boxes import LARGEST_PLACE
@@ -60,20 +61,30 @@ class Body:
             raise GeometryError(f"{self.name}: a link's mesh must be in its frame")
         object.__setattr__(self, "T_frame_mesh", T)
 
-    @property
+    @cached_property
     def tree(self) -> MeshTree:
         """Bounding-volume tree, built on the mesh's first use anywhere."""
         return surface(self.mesh).tree
 
-    @property
+    @cached_property
     def topology(self) -> Topology:
         """Closedness and components, found on the mesh's first use anywhere."""
         return surface(self.mesh).topology
 
-    @property
+    @cached_property
     def one_corner_each(self) -> Array:
         """A corner of every connected component, (c, 3), [m]."""
         return surface(self.mesh).representatives
+
+    @cached_property
+    def undo(self) -> Array:
+        """Inverse of T_frame_mesh, (4, 4)."""
+        return np.array(np.linalg.inv(self.T_frame_mesh), dtype=np.float64)
+
+    @cached_property
+    def bounds(self) -> Array:
+        """Bounds of the mesh where it stands in its frame, (2, 3), [m]."""
+        return np.array(placed_bounds(self.T_frame_mesh, self.mesh.bounds))
 
     @cached_property
     def radius(self) -> float:
@@ -93,11 +104,6 @@ class Pair:
     def names(self) -> tuple[str, str]:
         """Names of the part and the obstacle (or the other part)."""
         return self.moving.name, self.standing.name
-
-    @cached_property
-    def undo(self) -> Array:
-        """Inverse of the standing mesh's placement in its frame."""
-        return np.array(np.linalg.inv(self.standing.T_frame_mesh), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)

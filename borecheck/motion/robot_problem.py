@@ -5,6 +5,7 @@ its parts and the scene's obstacles become bodies, and needle and patient become
 passage: they may touch within the plan's corridor, and nowhere else.
 """
 
+from borecheck.core.once import once_per_pair
 from borecheck.motion.problem import Body, Passage, PathProblem
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.kinematics.robot_chain import chain_of
@@ -21,7 +22,22 @@ def path_problem(
     """Robot and scene as the certified search sees them.
 
     With a corridor, needle and patient are a passage: they may touch in it alone.
+    Without one the same robot and scene give the same problem: a planner asks for one
+    edge after the other.
     """
+    if corridor is None:
+        return _usual_problem(robot, scene, margin)
+    return _problem(robot, scene, margin, corridor)
+
+
+@once_per_pair
+def _usual_problem(robot: Robot, scene: Scene, margin: float) -> PathProblem:
+    return _problem(robot, scene, margin, None)
+
+
+def _problem(
+    robot: Robot, scene: Scene, margin: float, corridor: Corridor | None
+) -> PathProblem:
     frame_of, chain = chain_of(robot)
     parts = tuple(
         Body(part.mesh.name, part.mesh, frame_of[part.link]) for part in robot.parts

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from borecheck.errors import UsageError
 from borecheck.motion import halving as path_kernels
 from borecheck.motion.bounds import Route
+from borecheck.motion.broadphase import room_of_pairs
 from borecheck.motion.by_distance import by_distance
 from borecheck.motion.containment import examine_containment
 from borecheck.motion.outcome import (
@@ -48,6 +49,7 @@ def search(
     *,
     resolution: float = RESOLUTION,
     piece_limit: int = PIECE_LIMIT,
+    broadphase: bool = True,
 ) -> PathVerdict:
     """The verdict for every instant of a motion.
 
@@ -56,6 +58,8 @@ def search(
         waypoints: Configurations, (n, nq), [rad] and [m]; straight in between.
         resolution: Stretches during which nothing moves farther are not halved, [m].
         piece_limit: Pieces looked at for one pair before the rest is `unknown`.
+        broadphase: Whether boxes first tell which pairs stay apart all the way; the
+            verdict is the same, see `motion.broadphase`.
 
     Raises:
         UsageError: No waypoint, wrong length, or numbers that are not finite.
@@ -65,22 +69,32 @@ def search(
         raise UsageError(f"resolution is {resolution}, not a distance in metres")
     motion = path_motion(problem, waypoints)
     timeline = Timeline(len(motion.theta) - 1.0)
-    for pair, way in zip(problem.pairs, problem.routes, strict=True):
-        _examine(problem.chain, pair, way, motion, resolution, piece_limit, timeline)
-    for pair, way in zip(problem.pairs, problem.routes, strict=True):
-        examine_containment(problem.chain, pair, way, motion, timeline)
+    chain, rooms = problem.chain, np.full(len(problem.pairs), -np.inf)
+    if broadphase:
+        rooms = room_of_pairs(problem, motion)
+    pairs = list(zip(problem.pairs, problem.routes, rooms, strict=True))
+    for pair, way, room in pairs:
+        if room > pair.margin:
+            timeline.count(1, 0)
+        else:
+            _examine(chain, pair, way, motion, resolution, piece_limit, timeline)
+    for pair, way, room in pairs:
+        if not room > 0.0:
+            examine_containment(chain, pair, way, motion, timeline)
     for passage in problem.passages:
         needle = problem.parts[passage.part]
         patient = problem.obstacles[passage.obstacle]
-        examine_passage(
-            problem.chain, needle, patient, passage.corridor, motion, timeline
-        )
+        examine_passage(chain, needle, patient, passage.corridor, motion, timeline)
     verdict = path_verdict(timeline, len(problem.pairs) + len(problem.passages))
     if problem.doubt is not None:
         verdict = in_doubt(verdict, problem.doubt)
     if verdict.contact and (shapes := problem.within) is not None:
         inside = search(
-            shapes, waypoints, resolution=resolution, piece_limit=piece_limit
+            shapes,
+            waypoints,
+            resolution=resolution,
+            piece_limit=piece_limit,
+            broadphase=broadphase,
         )
         verdict = between(verdict, inside, problem.excess)
     return verdict
@@ -160,7 +174,7 @@ def examine_pair(
         motion.largest,
         a.frame,
         b.frame,
-        pair.undo,
+        b.undo,
         b.T_frame_mesh,
         pair.margin,
         resolution,
