@@ -59,13 +59,25 @@ class _Packed:
     starts: Ids
 
 
-def room_of_pairs(problem: PathProblem, motion: Motion) -> Array:
-    """A length that each pair's distance exceeds at every instant, (pairs,), [m].
+@dataclass(frozen=True, eq=False)
+class Rooms:
+    """What boxes tell of all pairs of a problem along a motion.
 
-    Negative where boxes do not tell.
+    Attributes:
+        least: Each pair is farther apart at every instant, (pairs,), [m]; negative
+            where boxes do not tell.
+        moved: No point of its moving part is farther from its place half-way, seen from
+            the other body, (pairs,), [m].
     """
+
+    least: Array
+    moved: Array
+
+
+def rooms_of_pairs(problem: PathProblem, motion: Motion) -> Rooms:
+    """How far apart all pairs surely stay, in their order."""
     if not problem.pairs:
-        return np.zeros(0)
+        return Rooms(np.zeros(0), np.zeros(0))
     packed = _packed(problem)
     middle = motion.joints_at(0.5 * (len(motion.theta) - 1))
     gaps = gaps_of_pairs(problem, problem.chain.placed(middle))
@@ -79,7 +91,8 @@ def room_of_pairs(problem: PathProblem, motion: Motion) -> Array:
         motion.largest,
         np.abs(motion.theta - middle).max(axis=0),
     )
-    return np.asarray(gaps - (1.0 + _SHARE) * moved - _RESERVE, dtype=np.float64)
+    moved = (1.0 + _SHARE) * moved + _RESERVE
+    return Rooms(gaps - moved, moved)
 
 
 def gaps_of_pairs(problem: PathProblem, placed: Array) -> Array:

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact.verdict import CONTACT
 from borecheck.errors import UsageError
-from borecheck.motion.broadphase import gaps_of_pairs, room_of_pairs
+from borecheck.motion.broadphase import gaps_of_pairs, rooms_of_pairs
 from borecheck.motion.outcome import LeastClearance, PathVerdict
 from borecheck.motion.problem import Motion, PathProblem, path_motion
 from borecheck.motion.search import RESOLUTION, examine_pair, joined, search
@@ -33,6 +33,8 @@ Array = NDArray[np.float64]
 INSTANTS, WAYPOINTS = 9, 24
 # Pieces tried for a pair and a level, and how many of them by boxes and planes.
 PIECE_LIMIT, QUICK_LIMIT = 4_000, 40
+# So few pairs are looked at without comparing their boxes first.
+FEW = 3
 # Of what is asked, this share is aimed at: the rest is for where it is not reached.
 AIM = 0.8
 # How often a pair is asked again after the bound from above fell.
@@ -111,7 +113,11 @@ class _Search:
         self.problem, self.motion = problem, motion
         self.tolerance, self.floor = tolerance, floor
         self.pairs = problem.pairs[: problem.obstacle_pair_count]
-        self.room = room_of_pairs(problem, motion)
+        rooms = rooms_of_pairs(problem, motion)
+        # A length that each pair is farther apart than at every instant, and how far
+        # its distance can change between any two.
+        self.least = rooms.least[: len(self.pairs)]
+        self.change = 2.0 * rooms.moved[: len(self.pairs)]
         self.span = len(motion.theta) - 1.0
         self.upper, self.time, self.nearest = inf, 0.0, -1
 
@@ -120,14 +126,16 @@ class _Search:
         if not self.pairs:
             return None
         times = self._first_times(instants)
-        gaps = np.min([self._look(time) for time in times], axis=0, initial=inf)
+        # Half-way first: from there the others are the least far.
+        for time in sorted(times, key=lambda time: abs(time - 0.5 * self.span)):
+            self._look(time)
         if self.upper == 0.0:
             return None
         place = times.index(self.time)
         begin, end = times[max(place - 1, 0)], times[min(place + 1, len(times) - 1)]
         self._follow(self.nearest, begin, end)
         lower = inf
-        for k in np.argsort(gaps):
+        for k in np.argsort(self.least):
             kept = self._kept(int(k))
             if kept is None:
                 return None
@@ -141,15 +149,18 @@ class _Search:
         given = np.array(instants) * self.span
         return [float(t) for t in np.unique([*evenly, *of_waypoints, *given])]
 
-    def _look(self, time: float) -> Array:
-        """Lowers the upper bound by an instant; gaps between the boxes of all pairs."""
-        placed = self.motion.place(self.problem.chain, time)
-        gaps = gaps_of_pairs(self.problem, placed)[: len(self.pairs)]
+    def _look(self, time: float) -> None:
+        """Lowers the upper bound by an instant; pairs whose boxes are nearest first."""
+        if np.count_nonzero(self.least < self.upper) <= FEW:
+            gaps = self.least
+        else:
+            placed = self.motion.place(self.problem.chain, time)
+            gaps = gaps_of_pairs(self.problem, placed)[: len(self.pairs)]
         for k in np.argsort(gaps):
             if gaps[k] >= self.upper:
                 break
-            self._distance(int(k), time)
-        return gaps
+            if self.least[k] < self.upper:
+                self._distance(int(k), time)
 
     def _distance(self, k: int, time: float, cutoff: float | None = None) -> float:
         """Upper bound of a pair's distance at an instant; remembered if the least."""
@@ -157,7 +168,11 @@ class _Search:
         placed = self.motion.place(self.problem.chain, time)
         T_a, T_b = placed[pair.moving.frame], pair.standing.T_frame_mesh
         limit = self.upper if cutoff is None else cutoff
-        upper = pair.moving.tree.clearance(pair.standing.tree, T_a, T_b, 0.0, limit)[1]
+        tree, other = pair.moving.tree, pair.standing.tree
+        lower, upper = tree.clearance(
+            other, T_a, T_b, 0.0, limit, known_apart=self.floor is not None
+        )
+        self.least[k] = max(self.least[k], lower - self.change[k])
         if upper < self.upper:
             self.upper, self.time, self.nearest = upper, time, k
         return upper
@@ -204,7 +219,7 @@ class _Search:
 
     def _nearer_than(self, k: int, level: float) -> Array:
         """Where a pair is not shown to be farther apart: rows of `Examined`."""
-        if self.room[k] > level:
+        if self.least[k] > level:
             return np.zeros((0, 3))
         resolution = max(RESOLUTION, 0.02 * (self.upper - level))
         return examine_pair(

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from borecheck.errors import UsageError
 from borecheck.motion import halving as path_kernels
 from borecheck.motion.bounds import Route
-from borecheck.motion.broadphase import room_of_pairs
+from borecheck.motion.broadphase import rooms_of_pairs
 from borecheck.motion.by_distance import by_distance
 from borecheck.motion.containment import examine_containment
 from borecheck.motion.outcome import (
@@ -71,7 +71,7 @@ def search(
     timeline = Timeline(len(motion.theta) - 1.0)
     chain, rooms = problem.chain, np.full(len(problem.pairs), -np.inf)
     if broadphase:
-        rooms = room_of_pairs(problem, motion)
+        rooms = rooms_of_pairs(problem, motion).least
     pairs = list(zip(problem.pairs, problem.routes, rooms, strict=True))
     for pair, way, room in pairs:
         if room > pair.margin:

@@ -190,6 +190,8 @@ class MeshTree:
         T_other: ArrayLike,
         relative_tolerance: float = 0.0,
         cutoff: float = math.inf,
+        *,
+        known_apart: bool = False,
     ) -> tuple[float, float]:
         """Certified bounds of the distance between both surfaces, (lower, upper) [m].
 
@@ -202,13 +204,15 @@ class MeshTree:
         Surfaces that are farther apart than the cutoff [m] are cheap: lower may then be
         the cutoff, and upper anything above it.
 
+        Who knows that the surfaces do not meet says so, and spares the exact search.
+
         Raises:
             GeometryError: A placement that is no rigid transform, or a tolerance that
                 is negative or not finite.
         """
         if not (math.isfinite(relative_tolerance) and relative_tolerance >= 0.0):
             raise GeometryError(f"relative_tolerance is {relative_tolerance}")
-        if self.first_contact(other, T_self, T_other):
+        if not known_apart and self.first_contact(other, T_self, T_other):
             return 0.0, 0.0
         scale = 1.0 + relative_tolerance
         return _bounds(self._nearest(other, T_self, T_other, scale, cutoff))
