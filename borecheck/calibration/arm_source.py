@@ -10,8 +10,9 @@ from borecheck.errors import UnknownNameError
 from borecheck.robots.description import RobotDescription, installed, installed_names
 from borecheck.robots.robot import complete_arguments
 from borecheck.robots.robot_file import read_urdf
+from borecheck.robots.urdf.parse import build
 from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
-from borecheck.robots.urdf.tree import UrdfTree, parse
+from borecheck.robots.urdf.tree import UrdfTree
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,16 +57,16 @@ def read_subject(
         description: RobotDescription = installed("robots", "robot", name)
         complete = complete_arguments(description, arguments)
         path = description.xacro
-        text, _ = read_urdf(path, complete, ANYWHERE)
+        source, _ = read_urdf(path, complete, ANYWHERE)
         setup = setup_of(name)
     else:
         path = Path(name)
         if path.suffix not in (".urdf", ".xacro", ".xml") and not path.exists():
             raise UnknownNameError("robot", name, installed_names("robots"))
-        text, _ = read_urdf(path, arguments, roots)
+        source, _ = read_urdf(path, arguments, roots)
     if target is not None:
         x, y, z = target
         setup = replace(setup, target=(x, y, z))
-    tree = parse(text, name)
+    tree = build(source)
     arm = serial_arm(tree, world or setup.world_link, tip or setup.tip_link)
-    return Subject(path.parent, text, tree, arm, setup)
+    return Subject(path.parent, source.text, tree, arm, setup)

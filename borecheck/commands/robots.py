@@ -81,8 +81,8 @@ def _common(description: Description) -> dict[str, Any]:
 def _joints(description: Description) -> list[dict[str, Any]]:
     """Free joints in the order of q, from the URDF with default arguments."""
     from borecheck.robots.urdf.mimic import resolve
+    from borecheck.robots.urdf.parse import parse
     from borecheck.robots.urdf.reach import ANYWHERE
-    from borecheck.robots.urdf.tree import parse
     from borecheck.robots.urdf.xacro import expand
 
     tree = parse(expand(description.xacro, roots=ANYWHERE).text, str(description.xacro))

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.core.text import printable
-from borecheck.robots.urdf.source import text_of
+from borecheck.robots.urdf.text import text_of
 
 # Lines before and after the finding's own.
 AROUND = 1

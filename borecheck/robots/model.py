@@ -16,9 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import JointLimitError, UnknownNameError, UsageError
 from borecheck.robots.urdf.mimic import resolve
+from borecheck.robots.urdf.parse import build
 from borecheck.robots.urdf.schema import FREE_TYPES
 from borecheck.robots.urdf.skeleton import pieces, skeleton
-from borecheck.robots.urdf.tree import Joint, UrdfTree, parse
+from borecheck.robots.urdf.source import Source, read
+from borecheck.robots.urdf.tree import Joint, UrdfTree
 
 Array = NDArray[np.float64]
 
@@ -59,17 +61,18 @@ class RobotModel:
         standing: Names of the floating and planar joints that stand at their origin.
 
     Args:
-        urdf_text: The URDF, xacro expanded.
-        file: What to call it in errors.
+        urdf: The URDF, xacro expanded: its text, or already read.
+        file: What to call a text in errors.
 
     Raises:
         UrdfError: No robot can be built from it; one line with the element.
     """
 
-    def __init__(self, urdf_text: str, file: str = "robot") -> None:
-        self.tree, self.standing = _with_free_joints_fixed(parse(urdf_text, file))
+    def __init__(self, urdf: str | Source, file: str = "robot") -> None:
+        source = read(urdf, file) if isinstance(urdf, str) else urdf
+        self.tree, self.standing = _with_free_joints_fixed(build(source))
         self._moving = [j for j in self.tree.joints if j.type in MOVING]
-        self._follows = resolve(self.tree.joints, file)
+        self._follows = resolve(self.tree.joints, source.file)
         self.free_joints = tuple(
             FreeJoint(j.name, j.type, *_limits(j))
             for j in self._moving

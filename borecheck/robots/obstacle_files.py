@@ -222,8 +222,8 @@ def _urdf_obstacles(
     path: Path, role: str, T_scene_root: Array, roots: Roots
 ) -> FileObstacles:
     """The links of a URDF, standing at zero or at the limit nearest to it."""
-    text, warnings = read_urdf(path, {}, roots)
-    model = RobotModel(text, str(path))
+    source, warnings = read_urdf(path, {}, roots)
+    model = RobotModel(source)
     q = model.check_limits(np.clip(0.0, model.lower, model.upper))
     placements = model.placements(q)
     parts = collision_parts(model.tree, path, roots)

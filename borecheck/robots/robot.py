@@ -175,8 +175,8 @@ def robot_with(
     if str(name) in installed_names("robots"):
         return _load_installed(str(name), level, base, arguments)
     path = robot_path(str(name))
-    text, warnings = read_urdf(path, arguments, roots)
-    model = RobotModel(text, str(path))
+    source, warnings = read_urdf(path, arguments, roots)
+    model = RobotModel(source)
     parts = collision_parts(model.tree, path, roots)
     refuse_nothing(parts, path)
     T_scene_root = _checked_base(base)
@@ -186,7 +186,7 @@ def robot_with(
         arguments=dict(arguments),
         level="as given",
         file=path,
-        urdf_text=text,
+        urdf_text=source.text,
         model=model,
         parts=parts,
         T_scene_root=T_scene_root,

@@ -1,4 +1,4 @@
-"""From what a user calls a robot to URDF text: names told apart, files read."""
+"""From what a user calls a robot to its URDF: names told apart, files read once."""
 
 import re
 from collections.abc import Mapping
@@ -6,8 +6,9 @@ from pathlib import Path
 
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.robots.description import installed_names
-from borecheck.robots.urdf import source as urdf_source
 from borecheck.robots.urdf.reach import NO_ROOTS, Roots
+from borecheck.robots.urdf.source import Source, read
+from borecheck.robots.urdf.text import read_bytes
 from borecheck.robots.urdf.xacro import expand, is_xacro
 
 _MESH = re.compile(r".*\.(stl|obj|ply|dae)([:@].*)?", re.I | re.S)  # as a scene has it
@@ -56,20 +57,21 @@ def refuse_robot(name: str) -> None:
 
 def read_urdf(
     path: Path, arguments: Mapping[str, str], roots: Roots = NO_ROOTS
-) -> tuple[str, tuple[str, ...]]:
-    """URDF text of a file, xacro expanded, and what was odd about it.
+) -> tuple[Source, tuple[str, ...]]:
+    """The URDF of a file, xacro expanded, and what was odd about it.
 
     Raises:
         UrdfError: The file cannot be read or expanded.
         UsageError: Arguments for a file that takes none.
     """
-    raw = urdf_source.read_bytes(path, roots)
+    raw = read_bytes(path, roots)
     if not is_xacro(path):
         if arguments:
             raise UsageError(f"{path} is no xacro file, so it takes no arguments")
-        source = urdf_source.read(raw, str(path))
+        source = read(raw, str(path))
         odd = (f"{path}:{defect.line}: {defect.message}" for defect in source.defects)
-        return source.text, tuple(odd)
+        return source, tuple(odd)
     expanded = expand(path, arguments, roots)
     unused = tuple(f"argument {name} is not used by {path}" for name in expanded.unused)
-    return expanded.text, (*unused, *expanded.stray)
+    source = read(expanded.text, str(path), expanded.places)
+    return source, (*unused, *expanded.stray)

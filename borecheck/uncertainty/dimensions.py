@@ -23,7 +23,6 @@ from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot, complete_arguments, robot_with
 from borecheck.robots.robot_file import read_urdf
 from borecheck.robots.urdf.reach import ANYWHERE
-from borecheck.robots.urdf.xacro import expand
 from borecheck.uncertainty.covariance import Block
 
 if TYPE_CHECKING:
@@ -168,11 +167,11 @@ def _with_arguments(
     """The model with xacro arguments changed; meshes are not looked at."""
     arguments = _arguments(robot, names, by)
     if robot.description is None:
-        text, _ = read_urdf(robot.file, arguments, robot.roots)
+        source, _ = read_urdf(robot.file, arguments, robot.roots)
     else:
         arguments = complete_arguments(robot.description, arguments)
-        text = expand(robot.file, arguments, ANYWHERE).text
-    return RobotModel(text, str(robot.file))
+        source, _ = read_urdf(robot.file, arguments, ANYWHERE)
+    return RobotModel(source)
 
 
 def _shapes(robot: Robot, names: tuple[str, ...], reach: Array) -> dict[int, Array]:

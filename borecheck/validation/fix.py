@@ -19,7 +19,8 @@ from xml.parsers import expat
 from borecheck.core.text import printable
 from borecheck.core.whole_files import write_all
 from borecheck.errors import UsageError
-from borecheck.robots.urdf.draft import DraftShape, first
+from borecheck.robots.urdf.attributes import first
+from borecheck.robots.urdf.draft_elements import DraftShape
 from borecheck.robots.urdf.rules.joints import UNIT_TOLERANCE
 from borecheck.robots.urdf.rules.names import nearest
 from borecheck.robots.urdf.schema import SCHEMA

@@ -6,9 +6,10 @@ from pathlib import Path
 
 from borecheck.core.text import printable
 from borecheck.errors import UrdfError
-from borecheck.robots.urdf import source as urdf_source
 from borecheck.robots.urdf.rules.defect import Defect
 from borecheck.robots.urdf.rules.tree import too_deep
+from borecheck.robots.urdf.source import read
+from borecheck.robots.urdf.text import read_bytes
 from borecheck.robots.urdf.xacro import is_xacro
 from borecheck.validation.findings import Finding
 from borecheck.validation.options import Options
@@ -22,7 +23,7 @@ Loaded = tuple[CheckedUrdf | Finding, tuple[Suppression, ...]]
 def load_file(path: Path, options: Options) -> Loaded:
     """A file as a robot; a finding if no XML tree can be had from it."""
     try:
-        raw = urdf_source.read_bytes(path, options.roots)
+        raw = read_bytes(path, options.roots)
     except UrdfError as error:
         return _stopped("D101", error, str(path), options), ()
     if is_xacro(path):
@@ -43,7 +44,7 @@ def _load(
     origins: Sequence[tuple[Path, int]] = (),
 ) -> Loaded:
     try:
-        source = urdf_source.read(raw, file, origins)
+        source = read(raw, file, origins)
     except UrdfError as error:
         code = "D102" if "well-formed" in error.problem else "D101"
         return _stopped(code, error, file, options), ()

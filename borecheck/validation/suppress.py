@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.errors import UrdfError
-from borecheck.robots.urdf.source import Source, read, read_bytes
+from borecheck.robots.urdf.source import Source, read
+from borecheck.robots.urdf.text import read_bytes
 from borecheck.validation.codes import code_of
 from borecheck.validation.findings import Finding
 

@@ -24,7 +24,7 @@ from borecheck.calibration.setup import CalibrationSetup
 from borecheck.calibration.simulate import simulate
 from borecheck.errors import BorecheckError, GeometryError, InputError, UsageError
 from borecheck.robots.model import RobotModel
-from borecheck.robots.urdf.tree import parse
+from borecheck.robots.urdf.parse import parse
 from tests.places import DATA
 
 CALIBRATION = DATA / "calibration"

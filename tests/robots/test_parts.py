@@ -8,8 +8,8 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import write_stl
 from borecheck.geometry.triangles.solid import Side, is_inside
 from borecheck.robots.parts import collision_parts, links_without_collision
+from borecheck.robots.urdf.parse import parse
 from borecheck.robots.urdf.reach import Roots
-from borecheck.robots.urdf.tree import parse
 
 # STL holds float32: seven digits of coordinates below 1 m.
 FLOAT32 = 1e-7

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from borecheck.robots.urdf.draft import numbers
+from borecheck.robots.urdf.attributes import numbers
 from borecheck.robots.urdf.rules import document, shapes
 from borecheck.robots.urdf.schema import SCHEMA
 from borecheck.robots.urdf.source import children, elements, tag_of

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import PurePosixPath, PureWindowsPath
 
-from borecheck.robots.urdf.draft import DraftShape
+from borecheck.robots.urdf.draft_elements import DraftShape
 from borecheck.robots.urdf.rules import shapes as rules
 from borecheck.validation.checks.ruled import problems
 from borecheck.validation.findings import Severity

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from borecheck.core.se3 import Array
-from borecheck.robots.urdf.draft import DraftLink, first, number, placement
+from borecheck.robots.urdf.attributes import first, number, placement
+from borecheck.robots.urdf.draft_elements import DraftLink
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.extents import Extent, link_extent
 from borecheck.validation.registry import Problem, register

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from statistics import median
 from typing import Any
 
-from borecheck.robots.urdf.draft import first, number, numbers
+from borecheck.robots.urdf.attributes import first, number, numbers
 from borecheck.robots.urdf.rules import joints
 from borecheck.robots.urdf.source import children, tag_of
 from borecheck.validation.checks.ruled import problems

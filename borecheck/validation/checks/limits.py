@@ -3,7 +3,8 @@
 import math
 from collections.abc import Iterator
 
-from borecheck.robots.urdf.draft import DraftJoint, first, number
+from borecheck.robots.urdf.attributes import first, number
+from borecheck.robots.urdf.draft_elements import DraftJoint
 from borecheck.robots.urdf.rules import joints
 from borecheck.validation.checks.ruled import problems
 from borecheck.validation.reading.checked_urdf import CheckedUrdf

@@ -6,7 +6,7 @@ from pathlib import Path
 from borecheck.errors import BorecheckError, MeshError
 from borecheck.geometry.mesh_files.reading import MeshFile
 from borecheck.robots.parts import collision_parts, refuse_nothing
-from borecheck.robots.urdf.tree import build
+from borecheck.robots.urdf.parse import build
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.mesh_reading import read_file
 from borecheck.validation.registry import Problem, register

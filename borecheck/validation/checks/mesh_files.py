@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from borecheck.errors import MeshError
-from borecheck.robots.urdf.draft import DraftShape
+from borecheck.robots.urdf.draft_elements import DraftShape
 from borecheck.validation.checks.geometry import shapes, where_checked
 from borecheck.validation.checks.joints import origin_far
 from borecheck.validation.findings import Severity

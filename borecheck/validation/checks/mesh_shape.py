@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from borecheck.robots.urdf.draft import DraftShape
+from borecheck.robots.urdf.draft_elements import DraftShape
 from borecheck.validation.checks.mesh_files import mesh_shapes
 from borecheck.validation.findings import Severity
 from borecheck.validation.reading.checked_urdf import CheckedUrdf

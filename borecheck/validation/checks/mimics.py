@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from borecheck.robots.urdf import mimic as chains
-from borecheck.robots.urdf.draft import DraftJoint
+from borecheck.robots.urdf.draft_elements import DraftJoint
 from borecheck.robots.urdf.rules import joints
 from borecheck.validation.checks.ruled import problems
 from borecheck.validation.reading.checked_urdf import CheckedUrdf

@@ -14,7 +14,8 @@ import numpy as np
 from borecheck.core.se3 import Array, inverse
 from borecheck.errors import InputError, UsageError
 from borecheck.robots.description import hook
-from borecheck.robots.urdf.draft import DraftJoint, Vector, placement
+from borecheck.robots.urdf.attributes import Vector, placement
+from borecheck.robots.urdf.draft_elements import DraftJoint
 from borecheck.validation.checks.running import TOLERANCE, gap
 from borecheck.validation.findings import Finding
 from borecheck.validation.reading.checked_urdf import CheckedUrdf

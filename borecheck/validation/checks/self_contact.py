@@ -124,7 +124,7 @@ def _trees(robot: CheckedUrdf) -> tuple[dict[str, Any], tuple[str, ...]]:
 
 def _corners(robot: CheckedUrdf, shapes: Sequence[Any]) -> Any:
     from borecheck.geometry.mesh import primitives
-    from borecheck.robots.urdf.draft import number, numbers, placement
+    from borecheck.robots.urdf.attributes import number, numbers, placement
     from borecheck.validation.reading.mesh_reading import mesh_of
 
     found: list[Any] = []

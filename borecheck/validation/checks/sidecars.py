@@ -6,14 +6,8 @@ from typing import Any
 
 from borecheck.errors import UrdfError
 from borecheck.robots.urdf.rules.names import nearest
-from borecheck.robots.urdf.source import (
-    Source,
-    children,
-    elements,
-    read,
-    read_bytes,
-    tag_of,
-)
+from borecheck.robots.urdf.source import Source, children, elements, read, tag_of
+from borecheck.robots.urdf.text import read_bytes
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.registry import Problem, register
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TextIO
 
 from borecheck.core.text import printable
-from borecheck.robots.urdf.source import LONGEST_TAG, text_of
+from borecheck.robots.urdf.source import LONGEST_TAG
+from borecheck.robots.urdf.text import text_of
 from borecheck.validation.findings import Finding, Severity
 
 _COLOURS = {Severity.ERROR: "31", Severity.WARNING: "33", Severity.INFO: "36"}

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from borecheck.core.se3 import Array
-from borecheck.robots.urdf.draft import DraftLink, DraftShape, number, numbers
-from borecheck.robots.urdf.draft import placement as placement_of
+from borecheck.robots.urdf.attributes import number, numbers
+from borecheck.robots.urdf.attributes import placement as placement_of
+from borecheck.robots.urdf.draft_elements import DraftLink, DraftShape
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
 
 

@@ -10,13 +10,8 @@ import numpy as np
 
 from borecheck.core.se3 import Array, inverse
 from borecheck.geometry.mesh.sampling import directions_on_sphere, points_on_triangles
-from borecheck.robots.urdf.draft import (
-    DraftLink,
-    DraftShape,
-    number,
-    numbers,
-    placement,
-)
+from borecheck.robots.urdf.attributes import number, numbers, placement
+from borecheck.robots.urdf.draft_elements import DraftLink, DraftShape
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.extents import shape_extent
 from borecheck.validation.reading.mesh_reading import mesh_of

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from borecheck.errors import MeshError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.robots.urdf.draft import DraftShape
+from borecheck.robots.urdf.draft_elements import DraftShape
 from borecheck.robots.urdf.package_paths import Resolution, resolve
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.mesh_facts import MeshFacts, facts_of

@@ -13,7 +13,8 @@ import numpy as np
 
 from borecheck.core.se3 import Array, axis_rotation
 from borecheck.robots.urdf import mimic as chains
-from borecheck.robots.urdf.draft import DraftJoint, placement
+from borecheck.robots.urdf.attributes import placement
+from borecheck.robots.urdf.draft_elements import DraftJoint
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
 
 TURNING = ("revolute", "continuous")

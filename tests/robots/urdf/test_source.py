@@ -1,16 +1,9 @@
 import pytest
 
 from borecheck.errors import UrdfError
-from borecheck.robots.urdf.source import (
-    MAX_ATTRIBUTES,
-    MAX_BYTES,
-    MAX_DEPTH,
-    NotNumbersError,
-    elements,
-    parse_numbers,
-    read,
-    read_bytes,
-)
+from borecheck.robots.urdf.attributes import NotNumbersError, parse_numbers
+from borecheck.robots.urdf.source import MAX_ATTRIBUTES, MAX_DEPTH, elements, read
+from borecheck.robots.urdf.text import MAX_BYTES, read_bytes
 
 MANY = " ".join(f"a{k}='1'" for k in range(MAX_ATTRIBUTES + 1))
 

@@ -5,7 +5,8 @@ import pytest
 
 from borecheck.core.se3 import transform
 from borecheck.errors import UrdfError
-from borecheck.robots.urdf.tree import Box, Cylinder, Mesh, parse
+from borecheck.robots.urdf.parse import parse
+from borecheck.robots.urdf.tree import Box, Cylinder, Mesh
 
 ARM = """<?xml version="1.0"?>
 <robot name="arm">

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator
 
 from borecheck.robots.urdf import mimic as chains
-from borecheck.robots.urdf.draft import UrdfDraft, first
+from borecheck.robots.urdf.attributes import first
+from borecheck.robots.urdf.draft import UrdfDraft
 from borecheck.robots.urdf.rules.defect import Defect
 from borecheck.robots.urdf.rules.names import guess
 from borecheck.robots.urdf.schema import FREE_TYPES, JOINT_TYPES

@@ -5,7 +5,8 @@ from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from functools import lru_cache
 
-from borecheck.robots.urdf.draft import DraftJoint, DraftLink, UrdfDraft
+from borecheck.robots.urdf.draft import UrdfDraft
+from borecheck.robots.urdf.draft_elements import DraftJoint, DraftLink
 from borecheck.robots.urdf.rules.defect import Defect
 
 

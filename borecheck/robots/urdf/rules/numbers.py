@@ -4,10 +4,10 @@ import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from borecheck.robots.urdf.attributes import NotNumbersError, parse_numbers
 from borecheck.robots.urdf.draft import UrdfDraft
 from borecheck.robots.urdf.rules.defect import Defect, matters
 from borecheck.robots.urdf.schema import LENGTHS
-from borecheck.robots.urdf.source import NotNumbersError, parse_numbers
 
 _PLAIN = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 FARTHEST = 1e9  # [m] as for the vertices of meshes

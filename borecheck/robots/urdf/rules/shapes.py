@@ -5,17 +5,13 @@ from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any
 
-from borecheck.robots.urdf.draft import DraftShape, UrdfDraft
+from borecheck.robots.urdf.attributes import NotNumbersError, parse_numbers
+from borecheck.robots.urdf.draft import UrdfDraft
+from borecheck.robots.urdf.draft_elements import DraftShape
 from borecheck.robots.urdf.rules.defect import Defect
 from borecheck.robots.urdf.rules.names import nearest
 from borecheck.robots.urdf.schema import EXTENSIONS, FREE, LINK_TAGS, SCHEMA
-from borecheck.robots.urdf.source import (
-    NotNumbersError,
-    children,
-    elements,
-    parse_numbers,
-    tag_of,
-)
+from borecheck.robots.urdf.source import children, elements, tag_of
 
 # How alike a misspelt word is (difflib): orign, colision; and axes for axis.
 RESEMBLES, NEARLY = 0.8, 0.7

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 
-from borecheck.robots.urdf.draft import DraftJoint, UrdfDraft
+from borecheck.robots.urdf.draft import UrdfDraft
+from borecheck.robots.urdf.draft_elements import DraftJoint
 from borecheck.robots.urdf.rules.defect import Defect
 from borecheck.robots.urdf.rules.names import guess
 from borecheck.robots.urdf.source import children, tag_of

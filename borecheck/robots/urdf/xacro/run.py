@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from borecheck.errors import UrdfError
 from borecheck.robots.urdf.reach import Reach, Roots
-from borecheck.robots.urdf.source import without_stray
+from borecheck.robots.urdf.text import without_stray
 from borecheck.robots.urdf.xacro.values import Budget
 
 MAX_FILE_BYTES = 5_000_000  # one file; the largest public ones are below 1 MB

@@ -1,8 +1,8 @@
 import pytest
 
 from borecheck.errors import UrdfError
+from borecheck.robots.urdf.parse import parse
 from borecheck.robots.urdf.reach import Roots
-from borecheck.robots.urdf.tree import parse
 from borecheck.robots.urdf.xacro import expand
 from borecheck.robots.urdf.xacro.document import MAX_DEPTH
 
