@@ -8,16 +8,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact.containment import holds_or_might
+from borecheck.contact.solid_pairs import SolidPairs, solids_of
 from borecheck.core.once import once_per_pair
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.surfaces import Surface, surface
+from borecheck.geometry.tree.holding import IN_DOUBT, MIGHT_HOLD
 from borecheck.geometry.tree.many_links import MovingLinks
-from borecheck.geometry.triangles.winding import crossings
+from borecheck.geometry.tree.packed import PackedTrees
 from borecheck.robots.kinematics.robot_chain import chain_of
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
 Array = NDArray[np.float64]
+# A part, another surface, and which part that is; -1: an obstacle.
+_Pair = tuple[int, Surface, int]
 
 
 def first_contacts(
@@ -55,8 +59,8 @@ def first_contacts(
     if batch.itself is not None:
         found |= batch.itself.first_contacts(placements, narrowphase, threads)
     if containment:
-        open_poses = np.flatnonzero(~found)
-        found[open_poses] = batch.holds(placements[open_poses])
+        unseen = narrowphase != "exact"
+        found |= batch.holds(placements, found, unseen=unseen)
     return found
 
 
@@ -92,105 +96,67 @@ class PoseBatch:
         frame_of, self._chain = chain_of(robot)
         self._frames = [frame_of[part.link] for part in robot.parts]
         self._parts = [surface(part.mesh) for part in robot.parts]
-        self._others = [surface(obstacle.mesh) for obstacle in scene.obstacles]
-        self._self_pairs = robot.self_pairs
-        trees = [part.tree for part in self._parts]
-        self.obstacles = MovingLinks.against(trees, [o.tree for o in self._others])
+        others = [surface(obstacle.mesh) for obstacle in scene.obstacles]
+        links = PackedTrees([part.tree for part in self._parts])
+        self.obstacles = MovingLinks.against(links, [o.tree for o in others])
         self.itself = (
-            MovingLinks.among(trees, np.array(robot.self_pairs))
+            MovingLinks.among(links, np.array(robot.self_pairs))
             if robot.self_pairs
             else None
         )
+        self._solids = self._solid_pairs(others)
+
+    def _solid_pairs(
+        self, others: list[Surface]
+    ) -> list[tuple[SolidPairs, list[_Pair]]]:
+        """The pairs as solids, and who they are."""
+        links, standing = solids_of(self._parts), solids_of(others)
+        pairs = SolidPairs(self.obstacles, links, standing)
+        rows = self.obstacles.pairs.tolist()
+        found = [(pairs, [(a, others[b], -1) for a, b in rows])]
+        if self.itself is not None:
+            pairs, rows = (
+                SolidPairs(self.itself, links, links),
+                self.itself.pairs.tolist(),
+            )
+            found.append((pairs, [(a, self._parts[b], b) for a, b in rows]))
+        return found
 
     def placements(self, qs: Array) -> Array:
         """T_scene_part of every configuration, (n, parts, 4, 4)."""
         return self._chain.placements(qs, self._frames)
 
-    def holds(self, T_scene_parts: Array) -> NDArray[np.bool_]:
-        """Whether a solid holds another, pose by pose, surfaces known not to meet."""
-        found = np.zeros(len(T_scene_parts), dtype=bool)
-        for i, part in enumerate(self._parts):
-            T = T_scene_parts[:, i]
-            T_part_scene = _inverses(T)
-            for other in self._others:
-                held, doubt = _held(part, T, other, T_part_scene, found)
-                found |= held | _asked_singly(part, T, other, None, doubt)
-        for i, j in self._self_pairs:
-            T_i, T_j = T_scene_parts[:, i], T_scene_parts[:, j]
-            a, b = self._parts[i], self._parts[j]
-            T_j_i = _inverses(T_j) @ T_i
-            held, doubt = _held(a, T_j_i, b, _inverses(T_j_i), found)
-            found |= held | _asked_singly(a, T_i, b, T_j, doubt)
+    def holds(
+        self,
+        T_scene_parts: Array,
+        settled: NDArray[np.bool_],
+        *,
+        unseen: bool = False,
+    ) -> NDArray[np.bool_]:
+        """Whether a solid holds another or might, pose by pose, (n,).
+
+        Args:
+            T_scene_parts: (n, parts, 4, 4).
+            settled: Poses to leave out.
+            unseen: Whether surfaces may meet that the checker does not see.
+        """
+        found = np.zeros(len(T_scene_parts), np.bool_)
+        for pairs, sides in self._solids:
+            codes = pairs.codes(T_scene_parts, settled | found, unseen=unseen)
+            found |= (codes >= MIGHT_HOLD).any(axis=1)
+            for i, k in np.argwhere((codes == IN_DOUBT) & ~found[:, None]):
+                found[i] |= self._asked_singly(T_scene_parts[i], sides[k])
         return found
+
+    def _asked_singly(self, T_scene_parts: Array, pair: _Pair) -> bool:
+        """Whether one of two holds the other or might, where rays leave a doubt."""
+        a, b, j = pair
+        T_b = T_scene_parts[j] if j >= 0 else None
+        T_a, parts = T_scene_parts[a], self._parts
+        return holds_or_might(parts[a], T_a, b, T_b).kind != "none"
 
 
 @once_per_pair
 def prepared(robot: Robot, scene: Scene) -> PoseBatch:
     """The packed form of a robot and a scene; the same records give the same one."""
     return PoseBatch(robot, scene)
-
-
-def _inverses(T: Array) -> Array:
-    """Inverses of rigid transforms (n, 4, 4)."""
-    R_back = np.swapaxes(T[:, :3, :3], 1, 2)
-    result = np.zeros_like(T)
-    result[:, :3, :3] = R_back
-    result[:, :3, 3] = -np.einsum("nij,nj->ni", R_back, T[:, :3, 3])
-    result[:, 3, 3] = 1.0
-    return result
-
-
-def _held(
-    a: Surface, T_b_a: Array, b: Surface, T_a_b: Array, settled: NDArray[np.bool_]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Where one of two surfaces holds a component of the other, and where it may, (n,).
-
-    Poses that are settled are left out.
-    """
-    found, doubt = _inside(a, T_b_a, b, settled)
-    again, more = _inside(b, T_a_b, a, settled | found)
-    found |= again
-    return found, (doubt | more) & ~found
-
-
-def _asked_singly(
-    a: Surface,
-    T_a: Array,
-    b: Surface,
-    T_b: Array | None,
-    doubt: NDArray[np.bool_],
-) -> NDArray[np.bool_]:
-    """Whether one holds the other or might, where in doubt: asked as of one pose."""
-    found = np.zeros(len(doubt), dtype=bool)
-    for k in np.flatnonzero(doubt):
-        T = None if T_b is None else T_b[k]
-        found[k] = holds_or_might(a, T_a[k], b, T).kind != "none"
-    return found
-
-
-def _inside(
-    inner: Surface,
-    T_outer_inner: Array,
-    outer: Surface,
-    settled: NDArray[np.bool_],
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Where a component of inner lies in outer (or might, if that is open), (n,).
-
-    And where crossings of a ray cancel, so that it may or may not. One corner of each
-    component decides, because the surfaces do not meet.
-    """
-    found, doubt = np.zeros((2, len(T_outer_inner)), dtype=bool)
-    low, high = outer.mesh.bounds
-    rows = outer.mesh.corners.reshape(-1, 9)
-    for corner in inner.representatives:
-        points = T_outer_inner[:, :3, :3] @ corner + T_outer_inner[:, :3, 3]
-        within = ((points >= low) & (points <= high)).all(axis=1)
-        for k in np.flatnonzero(within & ~found & ~settled):
-            if not outer.topology.is_closed:
-                found[k] = True
-                continue
-            x, y, z = points[k].tolist()
-            winding, crossed = crossings((x, y, z), rows)
-            found[k] = winding != 0
-            doubt[k] |= crossed > 0 and not outer.topology.winding_tells
-    return found, doubt

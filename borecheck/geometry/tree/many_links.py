@@ -268,7 +268,7 @@ class MovingLinks:
         """
         others = self.T_world_others
         count, _, bad, hit = bvh_query.search(
-            self._book.entries,
+            self.book.entries,
             placements,
             placements if others is None else others,
             others is None,
@@ -315,7 +315,8 @@ class MovingLinks:
         return len(self.links), 4, 4
 
     @cached_property
-    def _book(self) -> PairBook:
+    def book(self) -> PairBook:
+        """Where both sides' arrays lie, for kernels."""
         return PairBook(self.links.book, self.others.book, self.pairs)
 
     @cached_property

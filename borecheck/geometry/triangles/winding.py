@@ -18,6 +18,7 @@ from borecheck.geometry.triangles.exact_sign import (
     orientation_2d,
     orientation_3d,
 )
+from borecheck.geometry.triangles.placing import Triangle
 from borecheck.geometry.triangles.published import triangle_row
 
 ON_SURFACE = -(2**62)
@@ -52,15 +53,22 @@ def crossings(p: Point, corners: NDArray[np.float64]) -> tuple[int, int]:
     for k in range(len(corners)):
         if _beside(p, corners, k):
             continue
-        triangle = triangle_row(corners, k)
-        x, y, z = p
-        if exact_pair((x, y, z, x, y, z, x, y, z), triangle):
+        turn = crossing_at(p, triangle_row(corners, k))
+        if turn == ON_SURFACE:
             return ON_SURFACE, count
-        t1, t2, t3 = corners_of(triangle)
-        turn = _crossing(p, t1, t2, t3)
         winding += turn
         count += abs(turn)
     return winding, count
+
+
+@kernel
+def crossing_at(p: Point, triangle: Triangle) -> int:
+    """+1 or -1 if the ray from p crosses a triangle, or 0; ON_SURFACE: p is on it."""
+    x, y, z = p
+    if exact_pair((x, y, z, x, y, z, x, y, z), triangle):
+        return ON_SURFACE
+    a, b, c = corners_of(triangle)
+    return _crossing(p, a, b, c)
 
 
 @kernel
