@@ -275,7 +275,8 @@ def nearest(  # type: ignore[no-untyped-def]
             keep_relation(M, slack, 0, relation)
             keep_relation(undo(M), slack, 1, relation)
             root_a, root_b = int(frames_a[a, ROOT]), int(frames_b[b, ROOT])
-            if stop < 0.0:
+            # What other meshes gave is a guess as good as any.
+            if stop < 0.0 and answer[UPPER] == np.inf:
                 guess(
                     tree_a, root_a, T_a, tree_b, root_b, T_b, b_is_world,
                     relation, scratch, answer,

@@ -28,6 +28,7 @@ from borecheck.geometry.tree.mesh_tree import (
     MeshTree,
     reject_placement,
 )
+from borecheck.geometry.tree.nearest_first import comes_near, nearest_first
 from borecheck.geometry.tree.packed import PackedTrees
 from borecheck.geometry.tree.query import NO_PAIR
 from borecheck.geometry.triangles.narrowphase import narrowphase_code
@@ -295,19 +296,39 @@ class MovingLinks:
         answers: Floats,
     ) -> None:
         moving = self.T_world_others is None
-        bvh_clearance.nearest(
-            *self._trees,
-            placements,
-            placements if moving else self.T_world_others,
-            moving,
-            begin,
-            end,
-            self._depths,
-            scale,
-            math.inf,
-            -1.0,
-            answers,
-        )
+        others = placements if moving else self.T_world_others
+        of_poses = placements, others, moving, begin, end, self._depths, scale
+        if answers.shape[1] == 1:
+            nearest_first(*self._trees, *of_poses, answers)
+        else:
+            bvh_clearance.nearest(*self._trees, *of_poses, math.inf, -1.0, answers)
+
+    def comes_near(
+        self,
+        placements: ArrayLike,
+        margin: float,
+        settled: NDArray[np.bool_] | None = None,
+    ) -> tuple[NDArray[np.int8], Ids]:
+        """Whether any pair comes as near as a margin, pose by pose, and which pair.
+
+        Surfaces must be known not to meet. FAR, NEAR or UNDECIDED of
+        `tree.nearest_first`, (n,), and the row of `pairs`, (n,); -1 where FAR.
+
+        Args:
+            placements: As in `first_pairs`.
+            margin: [m].
+            settled: Poses to leave out, (n,); FAR is answered of them.
+        """
+        placements = self._checked(placements)
+        count = len(placements)
+        near, which = np.zeros(count, np.int8), np.full(count, NO_PAIR)
+        if settled is None:
+            settled = np.zeros(count, np.bool_)
+        moving = self.T_world_others is None
+        others = placements if moving else self.T_world_others
+        of_poses = placements, others, moving, self._depths, margin, settled
+        comes_near(*self._trees, *of_poses, near, which)
+        return near, which
 
     @cached_property
     def _shape(self) -> tuple[int, int, int]:

@@ -1,0 +1,146 @@
+"""The least distance of many pairs of placed meshes, the nearest pairs first.
+
+Pairs whose boxes are nearest are asked first, and what they give bounds the others:
+most are dropped unopened. Surfaces are known not to meet, as in `tree.clearance`.
+"""
+
+import numpy as np
+
+from borecheck.geometry.kernels.compile import INLINE, kernel
+from borecheck.geometry.tree.boxes import ROOT, child_box
+from borecheck.geometry.tree.clearance import (
+    LOWER,
+    PAIR,
+    SLOT_A,
+    SLOT_B,
+    UPPER,
+    nearest,
+)
+
+# First roughly: a small UPPER lets nearly all boxes of the exact round be dropped.
+_ROUGH = 2.0
+# Whether anything comes as near as a margin.
+FAR, NEAR, UNDECIDED = range(3)
+
+
+@kernel
+def world_boxes(nodes, frames, placements, i, reach):  # type: ignore[no-untyped-def]
+    """Boxes in the world round all meshes of pose i, low and high, (k, 2, 3).
+
+    The box of the whole mesh, turned: it grows by more than what float64 is off by.
+    """
+    for k in range(len(frames)):
+        cx, cy, cz, hx, hy, hz = child_box(nodes, 8 * int(frames[k, ROOT]))
+        x, y, z = cx + frames[k, 0], cy + frames[k, 1], cz + frames[k, 2]
+        size = abs(x) + abs(y) + abs(z) + hx + hy + hz
+        for r in range(3):
+            u, v, w = (
+                placements[i, k, r, 0],
+                placements[i, k, r, 1],
+                placements[i, k, r, 2],
+            )
+            t = placements[i, k, r, 3]
+            middle = u * x + v * y + w * z + t
+            half = abs(u) * hx + abs(v) * hy + abs(w) * hz
+            half += 1e-12 * (size + abs(t))
+            reach[k, 0, r], reach[k, 1, r] = middle - half, middle + half
+
+
+@kernel(**INLINE)
+def gap_between(reach_a, a, reach_b, b):  # type: ignore[no-untyped-def]
+    """Distance between two boxes, 0 if they meet; rounded down."""
+    square = 0.0
+    for r in range(3):
+        gap = max(
+            reach_a[a, 0, r] - reach_b[b, 1, r], reach_b[b, 0, r] - reach_a[a, 1, r]
+        )
+        square += max(0.0, gap) ** 2
+    return np.sqrt(square) * (1.0 - 1e-12)
+
+
+@kernel
+def nearest_first(  # type: ignore[no-untyped-def]
+    nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
+    pairs, placements_a, placements_b, b_moves, begin, end,
+    depths, scale, answers,
+):  # fmt: skip
+    """As `clearance.nearest` of all pairs together, (n, 1, 6), in fewer steps.
+
+    Arguments as there. Of pairs at equal distance another one may be named.
+    """
+    count = len(pairs)
+    gaps, left = np.empty(count), np.empty(count)
+    reach_a = np.empty((len(frames_a), 2, 3))
+    reach_b = np.empty((len(frames_b), 2, 3))
+    if not b_moves:
+        world_boxes(nodes_b, frames_b, placements_b, 0, reach_b)
+    for i in range(begin, end):
+        answer = answers[i, 0]
+        if answer[UPPER] == 0.0:
+            continue
+        world_boxes(nodes_a, frames_a, placements_a, i, reach_a)
+        if b_moves:
+            world_boxes(nodes_b, frames_b, placements_b, i, reach_b)
+        for k in range(count):
+            gaps[k] = gap_between(reach_a, pairs[k, 0], reach_b, pairs[k, 1])
+        for turn in range(0 if scale < _ROUGH else 1, 2):
+            share = _ROUGH if turn == 0 else scale
+            answer[LOWER] = np.inf
+            for k in range(count):
+                left[k] = gaps[k]
+            for _ in range(count):
+                k = int(np.argmin(left))
+                if left[k] * share >= answer[UPPER]:
+                    answer[LOWER] = min(answer[LOWER], left[k])
+                    break
+                left[k] = np.inf
+                before, slot_a, slot_b = answer[UPPER], answer[SLOT_A], answer[SLOT_B]
+                nearest(
+                    nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
+                    pairs[k : k + 1], placements_a, placements_b, b_moves, i, i + 1,
+                    depths, share, np.inf, -1.0, answers,
+                )  # fmt: skip
+                if answer[UPPER] < before:
+                    answer[PAIR] = k
+                else:
+                    answer[SLOT_A], answer[SLOT_B] = slot_a, slot_b
+
+
+@kernel
+def comes_near(  # type: ignore[no-untyped-def]
+    nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
+    pairs, placements_a, placements_b, b_moves, depths, margin, settled, near, which,
+):  # fmt: skip
+    """Fills near and which, (n,): does any pair come as near as the margin, [m].
+
+    FAR and NEAR are certain; UNDECIDED where a distance differs from the margin by
+    less than its error. Poses that are settled are left as they are.
+    """
+    reach_a = np.empty((len(frames_a), 2, 3))
+    reach_b = np.empty((len(frames_b), 2, 3))
+    answers = np.empty((len(placements_a), 1, 6))
+    if not b_moves:
+        world_boxes(nodes_b, frames_b, placements_b, 0, reach_b)
+    for i in range(len(placements_a)):
+        if settled[i]:
+            continue
+        world_boxes(nodes_a, frames_a, placements_a, i, reach_a)
+        if b_moves:
+            world_boxes(nodes_b, frames_b, placements_b, i, reach_b)
+        for k in range(len(pairs)):
+            if gap_between(reach_a, pairs[k, 0], reach_b, pairs[k, 1]) > margin:
+                continue
+            answer = answers[i, 0]
+            answer[LOWER], answer[UPPER] = np.inf, np.inf
+            answer[SLOT_A], answer[SLOT_B] = -1.0, -1.0
+            # Distances that cannot be told from the margin are looked at as well.
+            nearest(
+                nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
+                pairs[k : k + 1], placements_a, placements_b, b_moves, i, i + 1,
+                depths, 1.0, margin * (1.0 + 1e-9), margin, answers,
+            )  # fmt: skip
+            if answer[UPPER] <= margin:
+                near[i], which[i] = NEAR, k
+                break
+            if not min(answer[LOWER], answer[UPPER]) > margin:
+                near[i], which[i] = UNDECIDED, k

@@ -1,0 +1,118 @@
+"""Two meshes that are asked about often: all that does not change is laid out once.
+
+A call writes both placements into a block of memory and hands its address, one number,
+to the kernel: what numba and numpy ask of arrays costs more than a clear pair.
+"""
+
+from threading import get_ident
+
+import numpy as np
+from numba.np.numpy_support import carray
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.geometry.kernels.compile import kernel
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.tree.addresses import PairBook
+from borecheck.geometry.tree.mesh_tree import Closest, MeshTree, Within
+from borecheck.geometry.tree.query import FIRST, search
+from borecheck.geometry.tree.simd import array_at
+from borecheck.geometry.triangles.narrowphase import narrowphase_code
+
+# Entries of the book, then both placements, eight bytes each.
+_BOOK, _PLACEMENT = 18, 16
+_T_A, _T_B, _END = 8 * _BOOK, 8 * (_BOOK + 16), 8 * (_BOOK + 32)
+_FLOAT, _SHAPE = np.dtype(np.float64), (4, 4)
+_ONE_PAIR = np.zeros((1, 2), np.int64)
+_EXACT = narrowphase_code("exact")
+
+
+@kernel
+def _first_contact_at(address, code):  # type: ignore[no-untyped-def]
+    """1 if the meshes of a block meet, 0 if not, -1 if a placement is not rigid."""
+    book = carray(array_at(address), (_BOOK,), np.int64)
+    T_a = carray(array_at(address + _T_A), (1, 1, 4, 4), np.float64)
+    T_b = carray(array_at(address + _T_B), (1, 1, 4, 4), np.float64)
+    hits = carray(array_at(address), (0,), np.int64)
+    touches = carray(array_at(address), (0,), np.bool_)
+    found = carray(array_at(address), (0, 4), np.int64)
+    count, _, bad, _ = search(
+        book, T_a, T_b, False, 0, 1, code, FIRST, 0.0, hits, touches, found
+    )
+    return -1 if bad >= 0 else count
+
+
+class Pair:
+    """Two meshes ready for many calls; the answers are those of `MeshTree`.
+
+    `a` is the robot's mesh. One thread is quick, the one that made the pair; others
+    get the same answers from `MeshTree`.
+
+    Args:
+        a: A mesh or its tree.
+        b: The other.
+
+    Attributes:
+        a: Tree of the first mesh.
+        b: Tree of the other.
+    """
+
+    __slots__ = ("_address", "_block", "_book", "_thread", "a", "b")
+
+    def __init__(self, a: MeshTree | TriangleMesh, b: MeshTree | TriangleMesh) -> None:
+        self.a = a if isinstance(a, MeshTree) else MeshTree.of(a)
+        self.b = b if isinstance(b, MeshTree) else MeshTree.of(b)
+        self._book = PairBook(self.a.book, self.b.book, _ONE_PAIR)
+        self._block = bytearray(_END)
+        numbers = np.frombuffer(self._block, np.int64)
+        numbers[:_BOOK] = self._book.entries
+        self._address = int(numbers.__array_interface__["data"][0])
+        self._thread = get_ident()
+
+    def first_contact(
+        self, T_a: ArrayLike, T_b: ArrayLike, narrowphase: str = "exact"
+    ) -> bool:
+        """Whether any triangle of a meets any of b; see `MeshTree.first_contact`.
+
+        Args:
+            T_a: T_world_a, (4, 4).
+            T_b: T_world_b, (4, 4).
+            narrowphase: exact, two-sided, paper:robot or paper:scanner.
+        """
+        code = _EXACT if narrowphase == "exact" else narrowphase_code(narrowphase)
+        if (
+            isinstance(T_a, np.ndarray)
+            and isinstance(T_b, np.ndarray)
+            and T_a.dtype is _FLOAT
+            and T_b.dtype is _FLOAT
+            and T_a.shape == _SHAPE
+            and T_b.shape == _SHAPE
+            and get_ident() == self._thread
+        ):
+            block = self._block
+            block[_T_A:_T_B] = T_a.tobytes()
+            block[_T_B:_END] = T_b.tobytes()
+            found: int = _first_contact_at(self._address, code)
+            if found >= 0:
+                return found > 0
+        # Anything but the usual is told apart, and refused, where there is time.
+        return self.a.first_contact(self.b, T_a, T_b, narrowphase)
+
+    def contacts(
+        self, T_a: ArrayLike, T_b: ArrayLike, narrowphase: str = "exact"
+    ) -> NDArray[np.int64]:
+        """All pairs of triangles that meet, (k, 2); see `MeshTree.contacts`."""
+        return self.a.contacts(self.b, T_a, T_b, narrowphase)
+
+    def clearance(
+        self, T_a: ArrayLike, T_b: ArrayLike, relative_tolerance: float = 0.0
+    ) -> tuple[float, float]:
+        """Certified bounds of the distance, [m]; see `MeshTree.clearance`."""
+        return self.a.clearance(self.b, T_a, T_b, relative_tolerance)
+
+    def closest(self, T_a: ArrayLike, T_b: ArrayLike) -> Closest:
+        """Two nearest points; see `MeshTree.closest`."""
+        return self.a.closest(self.b, T_a, T_b)
+
+    def within(self, T_a: ArrayLike, T_b: ArrayLike, margin: float) -> Within:
+        """Whether the surfaces come as near as a margin [m]; see `MeshTree.within`."""
+        return self.a.within(self.b, T_a, T_b, margin)
