@@ -10,16 +10,23 @@ import numpy as np
 from numba.np.numpy_support import carray
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck.errors import UsageError
 from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.tree.addresses import PairBook
-from borecheck.geometry.tree.mesh_tree import Closest, MeshTree, Within
+from borecheck.geometry.tree.mesh_tree import (
+    Closest,
+    MeshTree,
+    Within,
+    placement,
+    reject_placement,
+)
 from borecheck.geometry.tree.query import FIRST, search
 from borecheck.geometry.tree.simd import array_at
 from borecheck.geometry.triangles.narrowphase import narrowphase_code
 
-# Entries of the book, then both placements, eight bytes each.
-_BOOK, _PLACEMENT = 18, 16
+# Entries of the book; both placements follow, eight bytes a number.
+_BOOK = 18
 _T_A, _T_B, _END = 8 * _BOOK, 8 * (_BOOK + 16), 8 * (_BOOK + 32)
 _FLOAT, _SHAPE = np.dtype(np.float64), (4, 4)
 _ONE_PAIR = np.zeros((1, 2), np.int64)
@@ -96,6 +103,39 @@ class Pair:
                 return found > 0
         # Anything but the usual is told apart, and refused, where there is time.
         return self.a.first_contact(self.b, T_a, T_b, narrowphase)
+
+    def place(self, T_a: ArrayLike, T_b: ArrayLike) -> None:
+        """Puts both meshes where `meets` will find them.
+
+        Args:
+            T_a: T_world_a, (4, 4).
+            T_b: T_world_b, (4, 4).
+
+        Raises:
+            GeometryError: A placement that is no rigid transform.
+            UsageError: Another thread made the pair.
+        """
+        self._refuse_other_threads()
+        both = placement(T_a, "T_a"), placement(T_b, "T_b")
+        for T, name in zip(both, ("T_a", "T_b"), strict=True):
+            reject_placement(T[0, 0], name)
+        self._block[_T_A:_END] = both[0].tobytes() + both[1].tobytes()
+
+    def meets(self) -> bool:
+        """Whether the meshes meet where they were last placed, by the exact test.
+
+        Raises:
+            UsageError: They were never placed, or another thread made the pair.
+        """
+        self._refuse_other_threads()
+        found: int = _first_contact_at(self._address, _EXACT)
+        if found < 0:
+            raise UsageError("a Pair meets() only after place(T_a, T_b)")
+        return found > 0
+
+    def _refuse_other_threads(self) -> None:
+        if get_ident() != self._thread:
+            raise UsageError("a Pair is placed by the thread that made it, no other")
 
     def contacts(
         self, T_a: ArrayLike, T_b: ArrayLike, narrowphase: str = "exact"
