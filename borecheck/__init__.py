@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from borecheck.contact.many_poses import first_contacts as first_contacts
     from borecheck.errors import BorecheckError as BorecheckError
     from borecheck.geometry.tree.mesh_tree import MeshTree as MeshTree
+    from borecheck.geometry.tree.pair import Pair as Pair
     from borecheck.motion.binding import verify as verify
     from borecheck.motion.check import check_path as check_path
     from borecheck.robots.robot import load_robot as load_robot
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "BorecheckError": "borecheck.errors:BorecheckError",
     "MeshTree": "borecheck.geometry.tree.mesh_tree:MeshTree",
+    "Pair": "borecheck.geometry.tree.pair:Pair",
     "check": "borecheck.contact.check:check",
     "check_path": "borecheck.motion.check:check_path",
     "compare": "borecheck.contact.compare:compare",

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.many_poses import _inverses, checked_configurations, prepared
-from borecheck.core.se3 import transform
+from borecheck.contact.many_poses import checked_configurations, prepared
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
@@ -105,15 +104,6 @@ def test_an_open_obstacle_might_hold_what_is_in_its_box(robot):
     opened = TriangleMesh("room", whole.vertices, whole.triangles[:-1])
     found = bc.first_contacts(robot, scene_of(opened), q)
     assert found.tolist() == [True, False]
-
-
-def test_inverses_undo(rng):
-    T = np.array(
-        [transform(rng.uniform(-2, 2, 3), rng.uniform(-3, 3, 3)) for _ in range(9)]
-    )
-    np.testing.assert_allclose(
-        _inverses(T) @ T, np.tile(np.eye(4), (9, 1, 1)), atol=1e-12
-    )
 
 
 def test_one_bad_number_among_many_is_refused(robot):

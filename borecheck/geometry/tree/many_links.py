@@ -318,10 +318,17 @@ class MovingLinks:
             placements: As in `first_pairs`.
             margin: [m].
             settled: Poses to leave out, (n,); FAR is answered of them.
+
+        Raises:
+            GeometryError: As in `first_pairs`; or a margin that is no distance.
         """
+        if not (math.isfinite(margin) and margin >= 0.0):
+            raise GeometryError(f"margin is {margin}, not a distance in metres")
         placements = self._checked(placements)
         count = len(placements)
         near, which = np.zeros(count, np.int8), np.full(count, NO_PAIR)
+        if margin == 0.0:  # surfaces do not meet: the exact predicate says so
+            return near, which
         if settled is None:
             settled = np.zeros(count, np.bool_)
         moving = self.T_world_others is None
