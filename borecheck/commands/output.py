@@ -2,16 +2,17 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 from borecheck.core.whole_files import check_writable, same_file, write_whole
 from borecheck.errors import UsageError
+from borecheck.report.blocks import Block, plain
 from borecheck.report.document import dumps
 
-Text = Callable[[Mapping[str, Any]], str]
+Text = Callable[[Mapping[str, Any]], Iterable[Block]]
 
 # No result is called so, but what was read may be: a scene, a mesh of the robot's file.
 _NO_RESULT = frozenset(
@@ -82,7 +83,7 @@ def emit(args: argparse.Namespace, document: Mapping[str, Any], text: Text) -> N
     Args:
         args: The options.
         document: The full result; its geometry, if any, stands under `display`.
-        text: Renders it as plain text.
+        text: Its lines and tables.
     """
     try:
         if args.out is not None:
@@ -104,7 +105,7 @@ def _show(form: str, document: Mapping[str, Any], text: Text) -> None:
 
         show(text(document))
     else:
-        sys.stdout.write(text(document))
+        sys.stdout.write(plain(text(document)))
 
 
 def wants_display(args: argparse.Namespace) -> bool:

@@ -126,6 +126,8 @@ def _at(theta, first, last, fraction, values):  # type: ignore[no-untyped-def]
         values[j] = q if fraction == 1.0 else p + fraction * (q - p)
 
 
+# Thirty arguments: with them in five NamedTuples a call takes 7.4 us instead of 3.5, as
+# long as most pairs of a short edge take in all.
 @kernel
 def examine(  # type: ignore[no-untyped-def]
     theta, parent, kind, parts, length, joints, forward, radius, largest,

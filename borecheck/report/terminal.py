@@ -1,13 +1,10 @@
-"""Plain text of a result, shown on a terminal: same words, with colour and tables.
+"""A result's text on a terminal: same words as in a pipe, with colour and tables."""
 
-What goes into a pipe or a file stays plain. A table is known by its rule, a line of
-dashes under its header.
-"""
-
-import re
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Iterable
 from typing import Any
+
+from borecheck.core.text import printable
+from borecheck.report.blocks import Block, Table
 
 STYLES = {
     "CLEAR": "bold green",
@@ -19,81 +16,41 @@ STYLES = {
     "not covered:": "dim",
 }
 
-_RULE = re.compile(r"-+(?:  -+)*")
 
-
-def show(text: str, console: Any = None) -> None:
+def show(blocks: Iterable[Block], console: Any = None) -> None:
     """Prints a result's text on a terminal.
 
     Args:
-        text: What would go into a pipe.
+        blocks: Its lines and tables.
         console: A rich console; one on standard output by default.
     """
     from rich.console import Console
 
     console = console or Console(highlight=False, soft_wrap=False)
-    for block in blocks(text.splitlines()):
-        if isinstance(block, str):
-            console.print(_styled(block))
-        else:
-            console.print(_table(block))
-
-
-def blocks(lines: Sequence[str]) -> Iterator[str | list[list[str]]]:
-    """Lines as they are, and tables as rows of cells, header first."""
-    k = 0
-    while k < len(lines):
-        spans = _columns(lines, k)
-        if spans is None:
-            yield lines[k]
-            k += 1
-            continue
-        rows = [_cells(lines[k], spans)]
-        k += 2
-        while k < len(lines) and _fits(lines[k], spans):
-            rows.append(_cells(lines[k], spans))
-            k += 1
-        yield rows
-
-
-def _columns(lines: Sequence[str], k: int) -> list[tuple[int, int]] | None:
-    """Where the columns stand, if a table's header is here."""
-    if k + 1 >= len(lines) or not _RULE.fullmatch(lines[k + 1]):
-        return None
-    spans = [match.span() for match in re.finditer("-+", lines[k + 1])]
-    return spans if _fits(lines[k], spans) else None
-
-
-def _fits(line: str, spans: Sequence[tuple[int, int]]) -> bool:
-    """Whether a line is a row: something in it, nothing between the columns."""
-    gaps = [line[a[1] : b[0]] for a, b in pairwise(spans)]
-    inside = len(line) <= spans[-1][1]
-    return bool(line.strip()) and inside and not any(gap.strip() for gap in gaps)
-
-
-def _cells(line: str, spans: Sequence[tuple[int, int]]) -> list[str]:
-    return [line[start:end].strip() for start, end in spans]
+    for block in blocks:
+        console.print(_table(block) if isinstance(block, Table) else _styled(block))
 
 
 def _styled(line: str) -> Any:
     """The line with its first words coloured; names in it are never markup."""
     from rich.text import Text
 
-    text = Text(line)
+    text = Text(printable(line))
     for word, style in STYLES.items():
         if line.startswith(word):
             text.stylize(style, 0, len(line) if style == "dim" else len(word))
     return text
 
 
-def _table(rows: Sequence[Sequence[str]]) -> Any:
+def _table(table: Table) -> Any:
     from rich import box
-    from rich.table import Table
+    from rich.table import Table as Drawn
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in rows[0]:
-        table.add_column(Text(name))
-    for row in rows[1:]:
-        table.add_row(*(Text(cell, style=STYLES.get(cell, "")) for cell in row))
-    return table
+    header, *rows = [[printable(cell) for cell in row] for row in table.rows]
+    drawn = Drawn(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in header:
+        drawn.add_column(Text(name))
+    for row in rows:
+        drawn.add_row(*(Text(cell, style=STYLES.get(cell, "")) for cell in row))
+    return drawn

@@ -1,9 +1,9 @@
-"""Results as text: plain lines that read the same on a terminal and in a pipe."""
+"""Results as text: lines and tables that read the same on a terminal and in a pipe."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from borecheck.core.text import in_lines, printable
+from borecheck.report.blocks import Block, Table
 from borecheck.report.checked_words import lines as checked_lines
 from borecheck.report.motion_words import at_least, motion_lines
 from borecheck.report.probability_words import cells as probability_cells
@@ -15,18 +15,18 @@ MARKS = {"clear": "CLEAR", "contact": "CONTACT", "unknown": "UNKNOWN"}
 SHOWN = 10
 
 
-def check_text(document: Mapping[str, Any]) -> str:
+def check_text(document: Mapping[str, Any]) -> list[Block]:
     """The result of `check` in words: what was checked, then the verdict."""
     if "plans" in document:
         return _plans_text(document)
-    lines = [*checked_lines(document), *_verdict_lines(document)]
+    lines: list[Block] = [*checked_lines(document), *_verdict_lines(document)]
     lines += probability_lines(document)
     lines += _warning_lines(document)
     lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
-    return in_lines(lines)
+    return lines
 
 
-def _plans_text(document: Mapping[str, Any]) -> str:
+def _plans_text(document: Mapping[str, Any]) -> list[Block]:
     """All plans, the worst of them first in words; a row for each."""
     asked = any("uncertainty" in plan for plan in document["plans"])
     likely = ("probability of contact", "risk") if asked else ()
@@ -45,7 +45,7 @@ def _plans_text(document: Mapping[str, Any]) -> str:
                 plan["reason"],
             )
         )
-    lines = [*checked_lines(document)]
+    lines: list[Block] = [*checked_lines(document)]
     lines += [f"{MARKS[document['verdict']]}: {document['reason']}"]
     if "each_plan" in document:
         lines += [
@@ -53,10 +53,10 @@ def _plans_text(document: Mapping[str, Any]) -> str:
             "least clearance: proven of the whole motion; the needle in the patient "
             "does not count where the plan has it",
         ]
-    lines += ["", *table(rows), "", *_certificate_table(document)]
+    lines += ["", Table(rows), "", *_certificate_table(document)]
     lines += _warning_lines(document)
     lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
-    return in_lines(lines)
+    return lines
 
 
 def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
@@ -100,7 +100,7 @@ def _certificate_line(document: Mapping[str, Any]) -> list[str]:
     return [f"certificate: {given['file']} (its meshes: {given['meshes']})"]
 
 
-def _certificate_table(document: Mapping[str, Any]) -> list[str]:
+def _certificate_table(document: Mapping[str, Any]) -> list[Block]:
     """Which plan's certificate is in which file, if any were asked for."""
     plans = document["plans"]
     if not any("certificate" in plan for plan in plans):
@@ -113,7 +113,7 @@ def _certificate_table(document: Mapping[str, Any]) -> list[str]:
         else:
             rows.append((plan["name"], given["file"], given["meshes"]))
     rows += [(name, "none: not checked", "") for name in document["not_checked"]]
-    return [*table(rows), ""]
+    return [Table(rows), ""]
 
 
 def _contact_lines(document: Mapping[str, Any]) -> list[str]:
@@ -136,7 +136,7 @@ def _warning_lines(document: Mapping[str, Any]) -> list[str]:
     return [f"warning: {warning}" for warning in warnings]
 
 
-def compare_text(document: Mapping[str, Any]) -> str:
+def compare_text(document: Mapping[str, Any]) -> list[Block]:
     """The result of `compare` in words: a row per checker, then the causes."""
     poses = len(document["poses"])
     rows = [("checker", "poses in contact", "triangle pairs", "examined", "seconds")]
@@ -150,7 +150,7 @@ def compare_text(document: Mapping[str, Any]) -> str:
                 f"{summary['seconds']:.3f}",
             )
         )
-    lines = table(rows)
+    lines: list[Block] = [Table(rows)]
     lines += ["", *_cause_lines(document["disagreements"])]
     lines += _replay_lines(document)
     hidden = [text for pose in document["poses"] for text in pose["contained"]]
@@ -158,7 +158,7 @@ def compare_text(document: Mapping[str, Any]) -> str:
         lines.append(f"seen by containment only: {len(hidden)} times")
         lines += [f"  {text}" for text in hidden[:SHOWN]]
     lines += _warning_lines(document)
-    return in_lines(lines)
+    return lines
 
 
 def _cause_lines(disagreements: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -207,11 +207,11 @@ def _replay_lines(document: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def fk_text(document: Mapping[str, Any]) -> str:
+def fk_text(document: Mapping[str, Any]) -> list[Block]:
     """The result of `fk` in words."""
     worst = document["worst"]
     mark = "AGREE" if document["agree"] else "DISAGREE"
-    lines = [
+    lines: list[Block] = [
         f"{mark}: {document['configurations']} configurations, worst difference "
         f"{worst['position_m']:.2e} m, {worst['rotation_rad']:.2e} rad"
     ]
@@ -229,23 +229,11 @@ def fk_text(document: Mapping[str, Any]) -> str:
                 f"{rotation:.1e} rad ({by_rotation})",
             )
         )
-    lines += table(rows)
+    lines.append(Table(rows))
     lines += [f"no {source}: {why}" for source, why in document["silent"].items()]
-    return in_lines(lines)
+    return lines
 
 
 def millimetres(length: float | None) -> str:
     """A length in millimetres, or a dash."""
     return "-" if length is None else f"{1e3 * length:.3f} mm"
-
-
-def table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Rows as aligned columns, the first one underlined."""
-    rows = [[printable(cell) for cell in row] for row in rows]
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    lines = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        for row in rows
-    ]
-    rule = "  ".join("-" * width for width in widths)
-    return [line.rstrip() for line in (lines[0], rule, *lines[1:])]

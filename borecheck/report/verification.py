@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from borecheck.core.text import in_lines
 from borecheck.verify.verification import Verification
 
 # Of a hash, enough to tell two robots apart on a line.
@@ -48,15 +47,11 @@ def verification_document(blocks: Sequence[Mapping[str, Any]]) -> dict[str, Any]
     }
 
 
-def verification_text(document: Mapping[str, Any]) -> str:
+def verification_text(document: Mapping[str, Any]) -> Iterator[str]:
     """The result of `verify` in words: each certificate, and of several how many hold.
 
     Names are a file's own: no character of them is left that a terminal would obey.
     """
-    return in_lines(_lines(document))
-
-
-def _lines(document: Mapping[str, Any]) -> Iterator[str]:
     blocks = document["certificates"]
     several = len(blocks) > 1
     for block in blocks:

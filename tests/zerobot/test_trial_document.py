@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from borecheck.report.blocks import plain
 from borecheck.report.page import page
 from zerobot.trials import document as trial_document
 from zerobot.trials import run as trial_run
@@ -96,7 +97,7 @@ def test_repetitions_are_counted_with_a_true_margin(study: Study) -> None:
 
 def test_text_and_page_show_it(study: Study) -> None:
     found = document(study)
-    text = trials_text(found)
+    text = plain(trials_text(found))
     assert "exact and two-sided agree in all cells" in text
     assert "out of reach: P1 Y (0,0): the joint limit" in text
     assert "missed" in text

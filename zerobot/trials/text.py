@@ -3,8 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from borecheck.core.text import in_lines
-from borecheck.report.text import table
+from borecheck.report.blocks import Block, Table
 
 Document = Mapping[str, Any]
 
@@ -12,9 +11,9 @@ MARKS = {True: "v", False: "x", None: "-"}
 SHOWN_MARGINS = ("offset", "enlarge-axes", "enlarge-axes:world")
 
 
-def trials_text(document: Document) -> str:
+def trials_text(document: Document) -> list[Block]:
     """Tables 2 to 4, the repetitions, the fits, and what margin would have worked."""
-    lines = [
+    lines: list[Block] = [
         "The 64 trials of [Matsuno2020], Tables 2 to 4: v right, x wrong, - none",
         "",
     ]
@@ -26,10 +25,10 @@ def trials_text(document: Document) -> str:
     lines += _ranking(document["ranking"])
     lines += _fits(document)
     lines += _margins(document["margins"])
-    return in_lines(lines)
+    return lines
 
 
-def _tables(trials: Sequence[Document], point: str) -> list[str]:
+def _tables(trials: Sequence[Document], point: str) -> list[Block]:
     """One of the papers' tables: theirs, then ours under every reading."""
     mine = [t for t in trials if t["point"] == point]
     axes = list(dict.fromkeys(t["axis"] for t in mine))
@@ -45,7 +44,7 @@ def _tables(trials: Sequence[Document], point: str) -> list[str]:
                 row += _cells(mine, axis, d, posture)
         rows.append(tuple(row))
     right = sum(t["published_ok"] for t in mine)
-    return [f"{point}: the papers {right}/{len(mine)}", *table(rows), ""]
+    return [f"{point}: the papers {right}/{len(mine)}", Table(rows), ""]
 
 
 def _cells(
@@ -64,7 +63,7 @@ def _cells(
     return ["-"] * 4
 
 
-def _nominal(document: Document) -> list[str]:
+def _nominal(document: Document) -> list[Block]:
     rows = [("checker", "margin", "25 mm", "15 mm", "right")]
     rows += [
         (
@@ -77,7 +76,10 @@ def _nominal(document: Document) -> list[str]:
         for row in document["nominal"]
     ]
     agree = "agree" if document["exact_and_two_sided_agree"] else "DIFFER"
-    lines = ["Without any error (? above: out of the model's reach)", *table(rows)]
+    lines: list[Block] = [
+        "Without any error (? above: out of the model's reach)",
+        Table(rows),
+    ]
     lines.append(f"exact and two-sided {agree} in all cells")
     lines += [f"out of reach: {text}" for text in document["unreachable"]]
     unexpected = {t["reason"] for t in document["trials"] if t["reached"]} - {None}
@@ -109,8 +111,8 @@ def _monte_carlo(found: Document) -> list[str]:
     ]
 
 
-def _ranking(rows: Sequence[Document]) -> list[str]:
-    lines = [
+def _ranking(rows: Sequence[Document]) -> list[Block]:
+    lines: list[Block] = [
         "15 mm cells by our miss probability, then by the largest error (first order)"
     ]
     listed = [("place", "trial", "probability", "largest error", "papers")]
@@ -128,7 +130,7 @@ def _ranking(rows: Sequence[Document]) -> list[str]:
     places = [i for i, row in enumerate(rows, start=1) if row["published_miss"]]
     mean = sum(places) / max(1, len(places))
     chance = (len(rows) + 1) / 2.0
-    lines += table(listed)
+    lines.append(Table(listed))
     lines.append(
         f"mean place of the published misses: {mean:.1f}; by chance it would be "
         f"{chance:.1f}: the error model does not predict which cells fail"
@@ -138,7 +140,7 @@ def _ranking(rows: Sequence[Document]) -> list[str]:
     return [*lines, ""]
 
 
-def _fits(document: Document) -> list[str]:
+def _fits(document: Document) -> list[Block]:
     rows = [("free", "log likelihood", "AIC", "expected misses", "cells as published")]
     for row in document["fitted_to_the_published_table"]:
         rows.append(
@@ -150,7 +152,11 @@ def _fits(document: Document) -> list[str]:
                 f"{row['right_cells']}/32",
             )
         )
-    lines = ["Fitted to the published table (predicts nothing)", *table(rows), ""]
+    lines: list[Block] = [
+        "Fitted to the published table (predicts nothing)",
+        Table(rows),
+        "",
+    ]
     lines.append("Smallest disturbance that gives exactly the published table")
     for row in document["smallest_disturbances"]:
         size = row["size_mm"]
@@ -163,10 +169,10 @@ def _fits(document: Document) -> list[str]:
     return [*lines, ""]
 
 
-def _margins(found: Document) -> list[str]:
+def _margins(found: Document) -> list[Block]:
     ours = found["with_our_error_model"]
     rate = found["gaussian_fit_of_the_published_rate"]
-    lines = [
+    lines: list[Block] = [
         "Margin for 99.9 % at 15 mm without false alarms (0.1 %) at 25 mm",
         f"  by our error model: {ours['at_least_mm']:.2f} to "
         f"{ours['at_most_mm']:.2f} mm",
