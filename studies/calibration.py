@@ -17,12 +17,14 @@ import numpy as np
 from mri_arm.calibration_setup import voxels
 from mri_arm.parameters import ANGLES, LENGTHS, NAMES
 from mri_arm.studies import calibration as study
+from mri_arm.studies import simulated_arms as arms
 from mri_arm.studies.accuracy import (
     PUBLISHED_REPEATABILITY,
     READINGS,
     REPEATABILITY_POSE_DEG,
     repeatability,
 )
+from mri_arm.studies.convergence import convergence
 
 Part = dict[str, Any]
 
@@ -99,7 +101,7 @@ def parts(options: argparse.Namespace) -> dict[str, Callable[[], Part]]:
     return work
 
 
-def cases() -> list[study.Case]:
+def cases() -> list[study.CalibrationCase]:
     cameras = study.camera_cases()
     best = cameras[-1]
     return [
@@ -137,7 +139,7 @@ def cases() -> list[study.Case]:
     ]
 
 
-def refined_cases() -> list[study.Case]:
+def refined_cases() -> list[study.CalibrationCase]:
     cameras = replace(study.camera_cases()[1], variation_deg=4.0)
     return [study.laser_case(3.0), replace(cameras, name="cameras, 42")]
 
@@ -154,7 +156,7 @@ def convergences(options: argparse.Namespace, start: str) -> Part:
     rng = np.random.default_rng([options.seed, 1])
     return {
         f"{length} mm, {angle} deg": vars(
-            study.convergence(
+            convergence(
                 options.repetitions, length * 1e-3, np.radians(angle), start, rng
             )
         )
@@ -162,9 +164,9 @@ def convergences(options: argparse.Namespace, start: str) -> Part:
     }
 
 
-def calibrations(options: argparse.Namespace, case: study.Case) -> Part:
+def calibrations(options: argparse.Namespace, case: study.CalibrationCase) -> Part:
     # the same arm for all cases, as one robot was calibrated in the paper
-    true = study.true_parameters(np.random.default_rng([options.seed, 2]))
+    true = arms.true_parameters(np.random.default_rng([options.seed, 2]))
     rng = np.random.default_rng([options.seed, 3])
     found = study.run(case, true, options.repetitions, rng)
     tip = 1e3 * study.tip_errors(found, rng)
@@ -184,7 +186,7 @@ def calibrations(options: argparse.Namespace, case: study.Case) -> Part:
     }
 
 
-def refinements(options: argparse.Namespace, case: study.Case) -> Part:
+def refinements(options: argparse.Namespace, case: study.CalibrationCase) -> Part:
     rng = np.random.default_rng([options.seed, 4])
     errors = np.array(
         [study.held_out_errors(case, rng) for _ in range(options.refinements)]

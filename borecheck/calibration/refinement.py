@@ -90,8 +90,22 @@ def refine(
             f"{len(data)} samples give {3 * len(data)} equations for {unknowns} "
             "unknowns"
         )
+    check_seen(arm, lines, data.q, target)
+    return _descended(arm, data, lines, target, loss, noise)
+
+
+def _descended(
+    arm: SerialArm,
+    data: Measurements,
+    lines: Lines,
+    target: Array,
+    loss: str,
+    noise: Noise | None,
+) -> Refinement:
+    """Least squares from lines and target near the solution."""
     from scipy.optimize import least_squares
 
+    unknowns = 4 * len(lines) + 3
     W = _weights(arm, lines, data, target, noise)
 
     def residuals(x: Array) -> Array:
@@ -99,8 +113,7 @@ def refine(
         return np.asarray((W @ (fitted - data.points)[..., None]).ravel())
 
     scale = 1.0 if loss == "linear" else _robust_scale(residuals(np.zeros(unknowns)))
-    iterations, x = 0, np.zeros(unknowns)
-    check_seen(arm, lines, data.q, target)
+    iterations = 0
     for _ in range(3):  # re-centred, so that the increments stay small rotations
         solution = least_squares(
             residuals,

@@ -7,7 +7,6 @@ deviations, `{"q1": "0.1mm", "q4": "0.05deg"}`, or names and a covariance in SI,
 `{"names": ["q1", "q2"], "covariance": [[1e-8, 0], [0, 1e-8]]}`.
 """
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,14 +19,13 @@ from numpy.typing import NDArray
 from borecheck.core.units import parse_angle, parse_length
 from borecheck.errors import BorecheckError, InputError, UnknownNameError, UsageError
 from borecheck.robots.robot import Robot
+from borecheck.uncertainty.json_object import number, read_object
 
 Array = NDArray[np.float64]
 
 BLOCKS = ("joints", "dimensions", "registration")
 REGISTRATION = ("x", "y", "z", "rx", "ry", "rz")
 ANGLES = ("rx", "ry", "rz")
-
-MAX_BYTES = 1_000_000
 
 # Correlations of a covariance typed with six digits are symmetric and not negative to
 # that. Of the covariance itself nothing like it holds: metres stand beside radians.
@@ -146,7 +144,7 @@ def read_uncertainty(path: str | Path, robot: Robot) -> Uncertainty:
     Raises:
         InputError: The file cannot be used; one line that says where and why.
     """
-    document = _document(Path(path))
+    document = read_object(Path(path))
     try:
         return from_document(document, robot)
     except BorecheckError as error:
@@ -219,7 +217,7 @@ def _matrix_block(given: Mapping[str, Any], where: str) -> tuple[list[str], Arra
             f"{where}: covariance is not of {len(names)} by {len(names)} numbers, as "
             f"there are {len(names)} names"
         )
-    numbers = [[_number(x, f"{where}: covariance") for x in row] for row in rows]
+    numbers = [[number(x, f"{where}: covariance") for x in row] for row in rows]
     return names, np.array(numbers, dtype=np.float64).reshape(len(names), len(names))
 
 
@@ -234,21 +232,11 @@ def _size(value: Any, is_angle: bool, name: str) -> float:
     if isinstance(value, str):
         size = parse_angle(value) if is_angle else parse_length(value)
     else:
-        size = _number(value, name)
+        size = number(value, name)
     if not (math.isfinite(size) and size >= 0.0):
         raise UsageError(f"{name}: a standard deviation is 0 or more, not {value!r}")
     _check_size(size, is_angle, name)
     return size
-
-
-def _number(value: Any, whose: str) -> float:
-    """A JSON number as float, refused where it is none or too large for one."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise UsageError(f"{whose}: {_short(value)} is no number with or without unit")
-    try:
-        return float(value)
-    except OverflowError:
-        raise UsageError(f"{whose}: {_short(value)} is too large") from None
 
 
 def _check_size(size: float, is_angle: bool, name: str) -> None:
@@ -258,44 +246,3 @@ def _check_size(size: float, is_angle: bool, name: str) -> None:
             f"{name}: a standard deviation of {size:.3g} {unit} is beyond "
             f"{largest:.3g} {unit}: is its unit right? Bare numbers are metres, radians"
         )
-
-
-def _short(value: Any) -> str:
-    """A value of a file in at most 40 characters."""
-    if isinstance(value, int) and not isinstance(value, bool):
-        return (
-            f"a number of {value.bit_length()} bits"
-            if abs(value) > 1e30
-            else f"{value}"
-        )
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}..."
-
-
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A JSON object, refused where a key stands twice: one of the two is a mistake."""
-    found: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in found:
-            raise UsageError(f"{_short(key)} stands twice in one object")
-        found[key] = value
-    return found
-
-
-def _document(path: Path) -> dict[str, Any]:
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}") from error
-    if len(content) > MAX_BYTES:
-        raise InputError(path, f"is larger than {MAX_BYTES} bytes")
-    try:
-        document = json.loads(content.decode("utf-8-sig"), object_pairs_hook=_once)
-    except (ValueError, RecursionError) as error:
-        raise InputError(path, f"no JSON: {error}") from error
-    except UsageError as error:
-        raise InputError(path, str(error)) from error
-    if not isinstance(document, dict):
-        raise InputError(path, "is no JSON object")
-    return document

@@ -8,6 +8,7 @@ from borecheck.validation.checks import (
     joints,
     limits,
     loading,
+    materials,
     mesh_files,
     mesh_shape,
     mimics,
@@ -19,6 +20,7 @@ from borecheck.validation.checks import (
     sidecars,
     spelling,
     tree,
+    xacro,
 )
 from borecheck.validation.registry import all_checks, find_check
 
@@ -32,6 +34,7 @@ MODULES = (
     joints,
     limits,
     loading,
+    materials,
     mesh_files,
     mesh_shape,
     mimics,
@@ -43,4 +46,5 @@ MODULES = (
     sidecars,
     spelling,
     tree,
+    xacro,
 )

@@ -7,37 +7,34 @@ limits and numbers are those of `mri_arm`; the estimation is `borecheck.calibrat
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.calibration.axes_motion import Lines, positions, turned
 from borecheck.calibration.axis_by_axis import estimate
-from borecheck.calibration.axis_line import discs_at, discs_from_points, fit_axes
+from borecheck.calibration.axis_line import discs_from_points, fit_axes
 from borecheck.calibration.link_parameters import (
-    LinkForms,
-    choose_forms,
     lines_to_parameters,
-    parameters_to_lines,
 )
 from borecheck.calibration.measurements import Measurements
 from borecheck.calibration.noise import seen_noise
 from borecheck.calibration.refinement import refine
 from borecheck.calibration.sample_sets import angles, attitude, base_points, split
 from borecheck.calibration.sensors import LaserTracker, Sensor
-from borecheck.calibration.serial_arm import SerialArm
 from mri_arm.calibration_setup import voxels
-from mri_arm.dimensions import LIMITS
-from mri_arm.parameters import ANGLES, NAMES, nominal
+from mri_arm.parameters import NAMES
 from mri_arm.studies.accuracy import needle_in_hand, pulses, tip_of_parameters
+from mri_arm.studies.simulated_arms import (
+    JOINTS,
+    TARGET,
+    forms,
+    lines_of,
+    nominal_arm,
+    true_parameters,
+)
 
 Array = NDArray[np.float64]
-
-JOINTS = tuple(f"q{i}" for i in range(1, 7))
-
-# Where the target is in frame 6 [m]: off all axes of the wrist; not published, assumed.
-TARGET = (0.20, 0.25, -0.20)
 
 # "small random variation", section 4; the paper gives no figure. 0.05 deg moves the
 # target by one voxel, so that rounding stays rounding; the study varies it.
@@ -118,48 +115,6 @@ def laser_case(sigmas: float = 3.0) -> CalibrationCase:
     )
 
 
-@lru_cache(maxsize=1)
-def nominal_arm() -> SerialArm:
-    """The arm as drawn, from the closed form's numbers: no URDF is read."""
-    points = np.zeros((6, 3))
-    values = nominal()
-    height = values["d1"] + values["d2"]
-    points[1, 2] = values["d1"]
-    points[2:, 2] = height
-    points[4:, 1] = values["d4"]
-    directions = np.eye(3)[[2, 0, 0, 1, 0, 1]]
-    frames = np.broadcast_to(np.eye(4), (6, 4, 4)).copy()
-    frames[:, :3, 3] = points
-    lower, upper = np.array(list(LIMITS.values()))[:6].T
-    tip = frames[5].copy()
-    lines = Lines(points, directions)
-    return SerialArm("mri_arm", "W", "6", JOINTS, frames, lines, lower, upper, tip, {})
-
-
-@lru_cache(maxsize=1)
-def forms() -> LinkForms:
-    """The paper's DH and Hayati forms."""
-    lines = nominal_arm().lines
-    return choose_forms(lines.points, lines.directions)
-
-
-def true_parameters(
-    rng: np.random.Generator, length: float = 1.5e-3, angle: float = np.radians(0.25)
-) -> Array:
-    """An arm off its drawing: up to 1.5 mm, as the real one was (section 4), (24,)."""
-    size = np.array([angle if n in ANGLES else length for n in NAMES])
-    drawn = np.array([nominal()[n] for n in NAMES])
-    return np.asarray(drawn + rng.uniform(-size, size))
-
-
-def lines_of(values: Array) -> Lines:
-    """Axes at zero of parameters in the order of `NAMES`, (24,)."""
-    points, directions = parameters_to_lines(
-        forms(), dict(zip(NAMES, values, strict=True))
-    )
-    return Lines(points, directions)
-
-
 def run(
     case: CalibrationCase, true: Array, repetitions: int, rng: np.random.Generator
 ) -> Estimates:
@@ -176,7 +131,7 @@ def run(
     directions = np.empty((repetitions, 6, 3))
     iterations = np.empty((repetitions, 6), dtype=np.int64)
     for i, joint in enumerate(JOINTS):
-        exact = _sweeps(case, lines, i, repetitions, rng)
+        exact = sweeps(case, lines, i, repetitions, rng)
         device = case.sensors.get(joint, case.sensors.get(""))
         seen = exact if device is None else device.measure(exact, rng)
         rough = np.broadcast_to(nominal_arm().lines.directions[i], (repetitions, 3))
@@ -188,7 +143,7 @@ def run(
     return Estimates(case, values, true, iterations)
 
 
-def _sweeps(
+def sweeps(
     case: CalibrationCase,
     lines: Lines,
     i: int,
@@ -270,82 +225,6 @@ def tip_errors(
         off = pulses() * rng.integers(-1, 2, (len(errors), 6))
         errors[:, p] = tip_of_parameters(q[p] + off, found, tool) - exact[p]
     return errors
-
-
-@dataclass(frozen=True)
-class Convergence:
-    """How often axes are found without noise.
-
-    Attributes:
-        arms: How many arms were tried.
-        found: Share of arms of which all six axes were found.
-        most: Most iterations among them.
-        mean: Mean iterations among them.
-        worst: Largest error of a parameter among them, [m] or [rad].
-        failed: For each joint, how many were not found.
-    """
-
-    arms: int
-    found: float
-    most: int
-    mean: float
-    worst: float
-    failed: tuple[int, ...]
-
-
-def convergence(
-    arms: int, length: float, angle: float, start: str, rng: np.random.Generator
-) -> Convergence:
-    """Noise-free calibrations of many arms, each off its drawing.
-
-    Args:
-        arms: How many.
-        length: Largest deviation of a length from the drawing [m].
-        angle: Largest deviation of an angle [rad].
-        start: "nominal" as in the paper, or "points".
-        rng: Source of the arms and the samples.
-    """
-    case = CalibrationCase("exact", (21,) * 6, variation_deg=4.0, encoder_pulses=False)
-    truth = np.array([true_parameters(rng, length, angle) for _ in range(arms)])
-    seen = np.empty((arms, 6, 21, 3))
-    for a in range(arms):
-        lines = lines_of(truth[a])
-        for i in range(6):
-            seen[a, i] = _sweeps(case, lines, i, 1, rng)[0]
-    drawn = nominal_arm().lines
-    points, directions = np.empty((arms, 6, 3)), np.empty((arms, 6, 3))
-    iterations = np.empty((arms, 6), dtype=np.int64)
-    for i in range(6):
-        u = np.broadcast_to(drawn.directions[i], (arms, 3))
-        p = np.broadcast_to(drawn.points[i], (arms, 3))
-        first = discs_at(p, u, seen[:, i]) if start == "nominal" else None
-        fit = fit_axes(seen[:, i], first or discs_from_points(seen[:, i], u))
-        points[:, i], directions[:, i] = fit.points, fit.directions
-        iterations[:, i] = np.where(fit.converged, fit.iterations, -1)
-    found = lines_to_parameters(forms(), points, directions)
-    errors = np.abs(np.stack([found[n] for n in NAMES], axis=1) - truth)
-    right = _right(points, directions, truth) & (iterations > 0)
-    whole = right.all(axis=1)
-    return Convergence(
-        arms,
-        float(whole.mean()),
-        int(iterations[whole].max(initial=0)),
-        float(iterations[whole].mean()) if whole.any() else 0.0,
-        float(errors[whole].max(initial=0.0)),
-        tuple(int(x) for x in (~right).sum(axis=0)),
-    )
-
-
-def _right(points: Array, directions: Array, truth: Array) -> NDArray[np.bool_]:
-    """Which axes are the true ones, (arms, 6)."""
-    right = np.empty(points.shape[:2], dtype=bool)
-    for a, values in enumerate(truth):
-        lines = lines_of(values)
-        off = np.cross(points[a] - lines.points, lines.directions)
-        turn = np.cross(directions[a], lines.directions)
-        far = np.maximum(np.abs(off).max(axis=1), np.abs(turn).max(axis=1))
-        right[a] = far < 1e-9
-    return right
 
 
 def held_out_errors(

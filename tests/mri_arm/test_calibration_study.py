@@ -7,13 +7,15 @@ import pytest
 
 from mri_arm.parameters import ANGLES, LENGTHS, NAMES, nominal
 from mri_arm.studies import calibration as study
+from mri_arm.studies import simulated_arms as arms
+from mri_arm.studies.convergence import convergence
 
 REPETITIONS = 150
 
 
 @pytest.fixture(scope="module")
 def true():
-    return study.true_parameters(np.random.default_rng([2010, 2]))
+    return arms.true_parameters(np.random.default_rng([2010, 2]))
 
 
 def run(case, true, seed=0):
@@ -25,7 +27,7 @@ def largest(figures, names):
 
 
 def test_the_arm_of_the_study_is_the_arm():
-    arm = study.nominal_arm()
+    arm = arms.nominal_arm()
     assert arm.forms.names == NAMES
     for name, value in nominal().items():
         assert arm.nominal[name] == pytest.approx(value, abs=1e-15)
@@ -34,7 +36,7 @@ def test_the_arm_of_the_study_is_the_arm():
 def test_noise_free_is_exact_from_near_and_from_far():
     for start, length, angle in (("nominal", 3e-3, 0.5), ("points", 50e-3, 5.0)):
         rng = np.random.default_rng(1)
-        found = study.convergence(40, length, np.radians(angle), start, rng)
+        found = convergence(40, length, np.radians(angle), start, rng)
         assert found.found == 1.0
         assert found.most <= 8  # published: 7 to 8
         assert found.worst < 1e-12
@@ -42,7 +44,7 @@ def test_noise_free_is_exact_from_near_and_from_far():
 
 def test_the_papers_start_fails_from_far_at_the_wrist():
     rng = np.random.default_rng(2)
-    found = study.convergence(60, 50e-3, np.radians(5.0), "nominal", rng)
+    found = convergence(60, 50e-3, np.radians(5.0), "nominal", rng)
     assert found.found < 0.95
     assert sum(found.failed[:3]) == 0
 

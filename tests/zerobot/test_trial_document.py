@@ -8,7 +8,7 @@ import pytest
 
 from borecheck.report.blocks import plain
 from borecheck.report.page import page
-from zerobot.trials import document as trial_document
+from zerobot.trials import error_tables
 from zerobot.trials import run as trial_run
 from zerobot.trials.bench import Setup
 from zerobot.trials.document import document
@@ -24,7 +24,7 @@ REACH = {"enlarge-axes": 0.028, "enlarge-axes:world": 0.027, "offset": 0.02}
 
 @pytest.fixture(autouse=True)
 def few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trial_document, "FIRST_ORDER_DRAWS", 2_000)
+    monkeypatch.setattr(error_tables, "FIRST_ORDER_DRAWS", 2_000)
 
 
 @pytest.fixture(scope="module")

@@ -10,16 +10,7 @@ import pytest
 from borecheck.robots.robot import load_robot
 from borecheck.robots.scene import load_scene
 from zerobot.kinematics import forward
-from zerobot.trials.bench import (
-    QUESTIONS,
-    STOP_TOLERANCE,
-    Bench,
-    outcome,
-    posture,
-    reach,
-    set_up,
-    solve_stop,
-)
+from zerobot.trials.bench import QUESTIONS, Bench, outcome, posture, reach, set_up
 from zerobot.trials.published import (
     DISTANCES_MM,
     POSTURES_DEG,
@@ -28,6 +19,7 @@ from zerobot.trials.published import (
     approaches,
     trials,
 )
+from zerobot.trials.stops import STOP_TOLERANCE, solve_stop
 
 MICROMETRE = 1e-6  # what issue 5 asks of the stops
 

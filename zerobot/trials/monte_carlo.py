@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from borecheck.contact import clearance
 from borecheck.robots.robot import Robot, load_robot
 from borecheck.robots.scene import Scene, load_scene
-from zerobot.trials.bench import STOP_TOLERANCE, Setup
+from zerobot.trials.bench import Setup
 from zerobot.trials.errors import Sources, bent, tip_sag
 from zerobot.trials.published import DISTANCES_MM
+from zerobot.trials.stops import STOP_TOLERANCE
 
 Array = NDArray[np.float64]
 

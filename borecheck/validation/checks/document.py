@@ -3,19 +3,12 @@
 from collections.abc import Iterator
 from typing import Any
 
-from borecheck.robots.urdf.attributes import numbers
 from borecheck.robots.urdf.rules import document, shapes
 from borecheck.robots.urdf.schema import SCHEMA
-from borecheck.robots.urdf.source import children, elements, tag_of
-from borecheck.validation.checks.ruled import problems
+from borecheck.robots.urdf.source import elements
+from borecheck.validation.checks.ruled import noted, problems
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.registry import Problem, register
-
-
-def noted(robot: CheckedUrdf, code: str) -> Iterator[Problem]:
-    """What was noticed when the file was read."""
-    for element, message in robot.notes.get(code, []):
-        yield Problem(robot.root if element is None else element, message)
 
 
 @register("D101", "unreadable", "document", "EEE", "file")
@@ -158,65 +151,6 @@ def stray_bytes(robot: CheckedUrdf) -> Iterator[Problem]:
             yield Problem(robot.root, defect.message)
 
 
-@register("D109", "left-over-xacro", "document", "EEE")
-def left_over_xacro(robot: CheckedUrdf) -> Iterator[Problem]:
-    """Xacro macros or expressions were left in the URDF.
-
-    Why: URDF parsers do not evaluate them: tags are dropped, numbers become garbage.
-
-    Fix: Expand the file with xacro, or give it the suffix .xacro.
-    """
-    return problems(robot, document.left_over_xacro)
-
-
-@register("D110", "xacro-failed", "document", "EEE", "file")
-def xacro_failed(robot: CheckedUrdf) -> Iterator[Problem]:
-    """The xacro file could not be expanded.
-
-    Why: There is no URDF to check.
-
-    Fix: Mend the expression, macro or include at that line; give undeclared arguments
-    with --arg NAME=VALUE and package roots with --package-path DIR.
-
-    Libraries: the xacro package finds $(find pkg) only through a ROS index; borecheck
-    searches the roots it is given, the folders above the file and the environment.
-    """
-    return noted(robot, "D110")
-
-
-@register("D111", "xacro-argument-unknown", "document", "WWW")
-def xacro_argument_unknown(robot: CheckedUrdf) -> Iterator[Problem]:
-    """An argument was given that the xacro file does not declare.
-
-    Why: It has no effect; a misspelt name leaves the default in force.
-
-    Fix: Use a declared name, or declare the argument with <xacro:arg>.
-    """
-    return noted(robot, "D111")
-
-
-@register("D112", "xacro-argument-unused", "document", "III")
-def xacro_argument_unused(robot: CheckedUrdf) -> Iterator[Problem]:
-    """The xacro file declares an argument that nothing refers to.
-
-    Why: Setting it changes nothing, though a user may think so.
-
-    Fix: Use it with $(arg name), or remove the declaration.
-    """
-    return noted(robot, "D112")
-
-
-@register("D113", "xacro-warning", "document", "III")
-def xacro_warning(robot: CheckedUrdf) -> Iterator[Problem]:
-    """The xacro package gave a warning.
-
-    Why: It usually means that a name hides another one.
-
-    Fix: Rename the property or parameter.
-    """
-    return noted(robot, "D113")
-
-
 @register("D117", "repeated-element", "document", "EEE")
 def repeated_element(robot: CheckedUrdf) -> Iterator[Problem]:
     """An element that may stand once stands several times.
@@ -277,67 +211,6 @@ def stray_text(robot: CheckedUrdf) -> Iterator[Problem]:
             if text and text.strip():
                 shown = " ".join(text.split())[:40]
                 yield Problem(near, f"<{tag}> holds the text {shown!r}")
-
-
-@register("D128", "material-undefined", "document", "WWW")
-def material_undefined(robot: CheckedUrdf) -> Iterator[Problem]:
-    """A visual refers to a material that is defined nowhere.
-
-    Why: The link is drawn in some default colour, or the file is refused.
-
-    Fix: Define <material name="..."> with <color> or <texture> on the robot.
-
-    Libraries: urdfdom reports an error; yourdfpy draws it grey.
-    """
-    defined = {
-        e.get("name")
-        for e in robot.root.iter("material")
-        if e.find("color") is not None or e.find("texture") is not None
-    }
-    for element in robot.root.iter("material"):
-        parent = element.getparent()
-        if parent is None or tag_of(parent) != "visual" or children(element):
-            continue
-        if element.get("name") not in defined:
-            message = f"material {element.get('name')!r} is not defined"
-            yield Problem(element, message, "name")
-
-
-@register("D129", "material-redefined", "document", "WWW")
-def material_redefined(robot: CheckedUrdf) -> Iterator[Problem]:
-    """A material is defined several times with different colours.
-
-    Why: Which colour a link gets depends on the parser.
-
-    Fix: Keep one definition, or use different names.
-
-    Libraries: urdfdom refuses a second definition on the robot.
-    """
-    colours: dict[str, Any] = {}
-    for element in robot.root.iter("material"):
-        name, colour = element.get("name"), element.find("color")
-        if not name or colour is None:
-            continue
-        value = numbers(colour, "rgba", 4)
-        if name in colours and colours[name] != value:
-            yield Problem(element, f"material {name!r} has another colour before")
-        colours.setdefault(name, value)
-
-
-@register("D130", "colour-range", "document", "WWW")
-def colour_range(robot: CheckedUrdf) -> Iterator[Problem]:
-    """A colour component lies outside 0 to 1.
-
-    Why: Values of 0 to 255 are drawn white, or the file is refused.
-
-    Fix: Divide by 255.
-    """
-    for element in robot.root.iter("color"):
-        rgba = numbers(element, "rgba", 4)
-        if rgba and (min(rgba) < 0.0 or max(rgba) > 1.0):
-            yield Problem(
-                element, f"rgba={element.get('rgba')!r} is not 0 to 1", "rgba"
-            )
 
 
 @register("D131", "suppression-without-reason", "document", "WWW")

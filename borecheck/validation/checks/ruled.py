@@ -1,4 +1,4 @@
-"""What the rules of the one judge find, as problems of checks."""
+"""What the one judge's rules find, and what reading left to say, as problems."""
 
 from collections.abc import Callable, Iterator
 
@@ -23,3 +23,9 @@ def problems(robot: CheckedUrdf, rule: Rule) -> Iterator[Problem]:
         yield Problem(
             problem.element, problem.message, problem.attribute, level, problem.hint
         )
+
+
+def noted(robot: CheckedUrdf, code: str) -> Iterator[Problem]:
+    """What was noticed when the file was read."""
+    for element, message in robot.notes.get(code, []):
+        yield Problem(robot.root if element is None else element, message)

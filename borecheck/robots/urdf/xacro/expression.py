@@ -8,10 +8,10 @@ from YAML, and so no way from a value to Python itself. Nothing is compiled or r
 import ast
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any, Protocol
 
-from borecheck.robots.urdf.xacro.methods import METHODS
+from borecheck.robots.urdf.xacro.attribute import attribute_of, refuse_no_entries
 from borecheck.robots.urdf.xacro.values import (
     COMPARISONS,
     OPERATORS,
@@ -19,7 +19,6 @@ from borecheck.robots.urdf.xacro.values import (
     Budget,
     ExpressionError,
     Function,
-    Namespace,
     call,
     checked,
     weigh,
@@ -117,7 +116,7 @@ class _Evaluation:
 
     def subscript(self, node: ast.Subscript) -> Any:
         owner, key = self.value(node.value), self.value(node.slice)
-        _refuse_no_entries(owner)
+        refuse_no_entries(owner)
         weigh(key, self.budget)
         found = owner[key]
         if isinstance(key, slice):
@@ -194,7 +193,7 @@ class _Evaluation:
 
     def _each(self, value: Any) -> Iterator[Any]:
         """The entries of a collection; each costs a step."""
-        _refuse_no_entries(value)
+        refuse_no_entries(value)
         for item in value:
             self.budget.spend()
             yield item
@@ -248,37 +247,6 @@ class _Evaluation:
                 self._bind(part, item)
         else:
             raise ExpressionError("such a loop variable is not allowed")
-
-
-def attribute_of(owner: Any, name: str) -> Any:
-    """What stands behind a dot.
-
-    Raises:
-        ExpressionError: Nothing that may be used.
-    """
-    import xacro
-
-    if isinstance(owner, Namespace):
-        if name not in owner.names:
-            raise NameError(f"name '{owner.name}.{name}' is not defined")
-        return owner.names[name]
-    if isinstance(owner, xacro.Table):  # what an include with `ns` defined
-        return owner[name]
-    for kind, methods in METHODS.items():
-        if isinstance(owner, kind) and name in methods:
-            return Function(name, partial(methods[name], owner))
-    if isinstance(owner, xacro.YamlDictWrapper):
-        return owner[name]
-    raise ExpressionError(
-        f"the attribute {name!r} of {type(owner).__name__} is not allowed"
-    )
-
-
-def _refuse_no_entries(value: Any) -> None:
-    import xacro
-
-    if isinstance(value, Function | Namespace | xacro.Table):
-        raise ExpressionError(f"{type(value).__name__} has no entries")
 
 
 _WORDS = {
