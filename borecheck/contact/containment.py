@@ -10,8 +10,7 @@ from borecheck.core.se3 import inverse
 from borecheck.geometry.mesh.enlarge import Enlarged
 from borecheck.geometry.surfaces import Surface, surface
 from borecheck.geometry.triangles.placing import place_mesh, placed_bounds
-from borecheck.geometry.triangles.solid import Containment as Held
-from borecheck.geometry.triangles.solid import contained
+from borecheck.geometry.triangles.solid import Enclosure, contained
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
@@ -98,7 +97,7 @@ def _ask(
     return [Containment(name_a, name_b, role, state, answer.reason)]
 
 
-def holds_or_might(a: Surface, T_a: Array, b: Surface, T_b: Array | None) -> Held:
+def holds_or_might(a: Surface, T_a: Array, b: Surface, T_b: Array | None) -> Enclosure:
     """Whether one of two placed surfaces that do not meet holds a part of the other.
 
     Args:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from borecheck.core.once import once_per_record
 from borecheck.geometry.kernels.compile import kernel
-from borecheck.motion.halving import gains
+from borecheck.motion.bound_kernels import gains
 from borecheck.motion.problem import Motion, PathProblem
 
 Array = NDArray[np.float64]

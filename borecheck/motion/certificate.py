@@ -25,7 +25,7 @@ import io
 import json
 import re
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -36,13 +36,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.core.whole_files import check_writable, written_beside
 from borecheck.errors import BorecheckError
-from borecheck.motion.bounds import Route, route
-from borecheck.motion.by_distance import displacement_about
+from borecheck.motion.cover import apart, cover, keeps
 from borecheck.motion.outcome import PathVerdict
-from borecheck.motion.passage import Approach, Slabs, told
 from borecheck.motion.problem import (
     Body,
-    Motion,
     Pair,
     Passage,
     PathProblem,
@@ -50,18 +47,12 @@ from borecheck.motion.problem import (
 )
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.kinematics.chain import JointChain
-from borecheck.robots.kinematics.forward import FIXED, TURNS, WORLD
+from borecheck.robots.kinematics.forward import FIXED, TURNS
 
 Array = NDArray[np.float64]
-Interval = list[float]
-Proof = Callable[[float, float, float], Interval | None]
 
 FORMAT = "borecheck path certificate"
 FORMAT_VERSION = 2
-# Intervals of one pair before giving up: a motion that grazes needs too many.
-MOST_INTERVALS = 5_000
-# By how much the clearance must exceed margin and displacement, [m].
-RESERVE = 1e-8
 # Names of the arrays in the file of meshes.
 _MESH_ARRAY = re.compile(r"[0-9a-f]{64}\.(vertices|triangles)")
 
@@ -95,12 +86,12 @@ def certificate(
     for pair, way, record in zip(
         problem.pairs, problem.routes, content["pairs"], strict=True
     ):
-        intervals = _cover(motion, partial(_apart, problem.chain, pair, way, motion))
+        intervals = cover(motion, partial(apart, problem.chain, pair, way, motion))
         if intervals is None:
             return None
         record["intervals"] = intervals
     for passage, record in zip(problem.passages, content["passages"], strict=True):
-        intervals = _cover(motion, _keeps(problem, passage, motion))
+        intervals = cover(motion, keeps(problem, passage, motion))
         if intervals is None:
             return None
         record["intervals"] = intervals
@@ -257,64 +248,3 @@ def corridor_record(corridor: Corridor) -> dict[str, Any]:
         "radius_m": float(corridor.radius),
         "slack_m": float(corridor.slack),
     }
-
-
-def _cover(motion: Motion, proven: Proof) -> list[Interval] | None:
-    """Intervals that cover the motion, in order; None if there are too many."""
-    waiting = [(0.0, len(motion.theta) - 1.0)]
-    covered: list[Interval] = []
-    tried = 0
-    while waiting:
-        begin, end = waiting.pop()
-        tried += 1
-        if tried > MOST_INTERVALS:
-            return None
-        middle = 0.5 * (begin + end)
-        interval = proven(begin, middle, end)
-        if interval is not None:
-            covered.append(interval)
-        else:
-            waiting += [(middle, end), (begin, middle)]
-    return covered
-
-
-def _apart(
-    chain: JointChain,
-    pair: Pair,
-    way: Route,
-    motion: Motion,
-    begin: float,
-    middle: float,
-    end: float,
-) -> Interval | None:
-    """An interval of a pair whose clearance exceeds its displacement."""
-    placed = motion.place(chain, middle)
-    moved = displacement_about(chain, pair, way, motion, placed, begin, middle, end)
-    T_b = pair.standing.T_frame_mesh
-    if pair.standing.frame != WORLD:
-        T_b = placed[pair.standing.frame]
-    T_a = placed[pair.moving.frame]
-    need = moved + pair.margin + 2.0 * RESERVE
-    answer = pair.moving.tree.within(pair.standing.tree, T_a, T_b, need)
-    if answer.verdict != "clear":
-        return None
-    clearance = min(float(answer.lower), 2.0 * need)
-    return [begin, end, middle, clearance, moved]
-
-
-def _keeps(problem: PathProblem, passage: Passage, motion: Motion) -> Proof:
-    """What proves an interval of a passage."""
-    chain = problem.chain
-    needle = problem.parts[passage.part]
-    patient = problem.obstacles[passage.obstacle]
-    approach = Approach(patient, passage.corridor)
-    pair, way = Pair(needle, patient, 0.0), route(chain, WORLD, needle.frame)
-
-    def proven(begin: float, middle: float, end: float) -> Interval | None:
-        placed = motion.place(chain, middle)
-        moved = displacement_about(chain, pair, way, motion, placed, begin, middle, end)
-        depth, aside = told(needle, passage.corridor, placed[needle.frame])
-        slabs = Slabs.of(depth[None], aside[None], moved + 2.0 * RESERVE)
-        return [begin, end, middle, moved] if approach.allows(slabs) else None
-
-    return proven

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.tree.build import CHILD_ROW, WIDTH
 from borecheck.geometry.triangles.placing import place_mesh, place_point, placed_bounds
-from borecheck.geometry.triangles.solid import Containment, contained
+from borecheck.geometry.triangles.solid import Enclosure, contained
 from borecheck.geometry.triangles.winding import ON_SURFACE, crossings
 from borecheck.motion.bounds import Route, displacement, gains
 from borecheck.motion.outcome import Timeline
@@ -71,7 +71,7 @@ def _clear_stretches(taken: list[tuple[float, float]]) -> list[tuple[float, floa
     return left
 
 
-def _held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Containment:
+def _held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Enclosure:
     """Whether one of two bodies, surfaces apart, holds a part of the other."""
     doubt = False
     for kind, inner, T_inner, outer, T_outer in (
@@ -84,12 +84,12 @@ def _held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Containment:
             tree.nodes, tree.frames[0], tree.depth, tree.corners,
         )  # fmt: skip
         if winding == ON_SURFACE:
-            return Containment(kind, f"{inner.name} touches {outer.name}")
+            return Enclosure(kind, f"{inner.name} touches {outer.name}")
         if winding != 0:
-            return Containment(kind, f"{inner.name} is inside {outer.name}")
+            return Enclosure(kind, f"{inner.name} is inside {outer.name}")
         doubt = doubt or (crossed and not outer.topology.winding_tells)
     if not doubt:
-        return Containment("none", "no ray crosses anything")
+        return Enclosure("none", "no ray crosses anything")
     placed = place_mesh(T_a, a.mesh), place_mesh(T_b, b.mesh)
     return contained(*placed, a.topology, b.topology)
 

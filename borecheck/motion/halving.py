@@ -12,6 +12,7 @@ import numpy as np
 
 from borecheck.geometry.kernels.compile import INLINE, kernel
 from borecheck.geometry.tree.build import F32, WIDTH
+from borecheck.motion.bound_kernels import bend_of_run, gains, slack_and_motion
 from borecheck.motion.swept_boxes import (
     CLEAR,
     OPEN,
@@ -26,7 +27,7 @@ from borecheck.motion.swept_boxes import (
     walk,
     write_row,
 )
-from borecheck.robots.kinematics.forward import SLIDES, TURNS, WORLD, place_all
+from borecheck.robots.kinematics.forward import WORLD, place_all
 
 # What is known of a stretch: proven clear, holds contact, neither could be shown.
 CERTIFIED, TOUCHED, UNDECIDED = 0, 1, 2
@@ -71,51 +72,6 @@ def _apply(undo, T_a, T_b_a):  # type: ignore[no-untyped-def]
         for j in range(4):
             T_b_a[i, j] = x * T_a[0, j] + y * T_a[1, j] + z * T_a[2, j]
         T_b_a[i, 3] += undo[i, 3]
-
-
-@kernel
-def gains(joints, forward, kind, length, radius, largest):  # type: ignore[no-untyped-def]
-    """g_j of `motion.bounds` for the joints of a route: reach [m], 1, or 0."""
-    gain = np.zeros(len(joints))
-    reach = radius
-    for k in range(len(joints) - 1, -1, -1):
-        j = joints[k]
-        if not forward[k]:  # crossed backwards, the fixed offset lies behind the joint
-            reach += length[j]
-        if kind[j] == TURNS:
-            gain[k] = reach
-        elif kind[j] == SLIDES:
-            gain[k] = 1.0
-            reach += largest[j]
-        if forward[k]:
-            reach += length[j]
-    return gain
-
-
-@kernel
-def bend_of_run(theta, first, last, bend):  # type: ignore[no-untyped-def]
-    """How far joints are off the straight line of a run, at most: bend (n,)."""
-    bend[:] = 0.0
-    step = (theta[last] - theta[first]) / (last - first)
-    for k in range(first + 1, last):
-        for j in range(len(bend)):
-            straight = theta[first, j] + (k - first) * step[j]
-            bend[j] = max(bend[j], abs(theta[k, j] - straight))
-
-
-@kernel(**INLINE)
-def _slack_and_motion(start, end, bend, joints, kind, gain):  # type: ignore[no-untyped-def]
-    """Chord slack of a piece, and how far any point moves during it, [m]."""
-    curvature, turned, off, way = 0.0, 0.0, 0.0, 0.0
-    for k in range(len(joints)):
-        j = joints[k]
-        step = abs(end[j] - start[j])
-        turn = step if kind[j] == TURNS else 0.0
-        curvature += gain[k] * step * (turn + 2.0 * turned)
-        turned += turn
-        off += gain[k] * bend[j]
-        way += gain[k] * (step + 2.0 * bend[j])
-    return curvature / 8.0 + off, way
 
 
 @kernel(**INLINE)
@@ -211,9 +167,7 @@ def examine(  # type: ignore[no-untyped-def]
             bend = bends[node]
         _at(theta, first, last, begin, values[0])
         _at(theta, first, last, end, values[1])
-        slack, motion = _slack_and_motion(
-            values[0], values[1], bend, joints, kind, gain
-        )
+        slack, motion = slack_and_motion(values[0], values[1], bend, joints, kind, gain)
         for side in range(2):
             waypoint = first if side == 0 else last
             if (begin if side == 0 else 1.0 - end) == 0.0:
@@ -225,10 +179,7 @@ def examine(  # type: ignore[no-untyped-def]
                     _copy(placed[waypoint, b], own[side, b])
             else:
                 place_all(values[side], parent, kind, parts, own[side])
-            if b == WORLD:
-                _apply(undo, own[side, a], ends[side])
-            else:
-                relative(own[side, a], own[side, b], ends[side])
+            _seen_from(b, undo, own[side], a, ends[side])
             write_row(ends[side], frame_a, frame_b, rows[side])
         if touch_0 < 1 and touch_1 < 1 and looked <= limit:
             reserve = (margin + slack) * _GENEROUS + ROUNDING
@@ -276,19 +227,9 @@ def examine(  # type: ignore[no-untyped-def]
             if (both and motion <= contact_length) or (small and one):
                 outcome = TOUCHED
             elif not small:
-                for half in (1, 0):
-                    pieces[waiting, 0], pieces[waiting, 1] = first, last
-                    pieces[waiting, 2] = 2 * node + half
-                    pieces[waiting, 3] = min(2 * budget, LAST_BUDGET)
-                    fractions[waiting, 0], fractions[waiting, 1] = 0.0, 1.0
-                    if is_run:
-                        pieces[waiting, 1 - half] = (first + last) // 2
-                    else:
-                        fractions[waiting, 0] = middle if half == 1 else begin
-                        fractions[waiting, 1] = end if half == 1 else middle
-                    at[waiting, 0] = -1 if half == 1 else touch_0
-                    at[waiting, 1] = touch_1 if half == 1 else -1
-                    waiting += 1
+                at[waiting, 0], at[waiting, 1] = touch_0, touch_1
+                _halve(pieces, fractions, at, waiting)
+                waiting += 2
                 continue
         if found == len(findings):
             findings = np.concatenate((findings, np.zeros_like(findings)))
@@ -296,6 +237,35 @@ def examine(  # type: ignore[no-untyped-def]
         findings[found, 2] = outcome
         found += 1
     return findings, found, looked, judged
+
+
+@kernel(**INLINE)
+def _seen_from(b, undo, placed, a, T_b_a):  # type: ignore[no-untyped-def]
+    """The placement of the moving mesh in the frame of the standing one."""
+    if b == WORLD:
+        _apply(undo, placed[a], T_b_a)
+    else:
+        relative(placed[a], placed[b], T_b_a)
+
+
+@kernel(**INLINE)
+def _halve(pieces, fractions, at, k):  # type: ignore[no-untyped-def]
+    """Replaces a waiting piece, the last, by its halves: the later one first."""
+    first, last, node = pieces[k, 0], pieces[k, 1], pieces[k, 2]
+    budget = min(2 * pieces[k, 3], LAST_BUDGET)
+    begin, end = fractions[k, 0], fractions[k, 1]
+    touch_0, touch_1 = at[k, 0], at[k, 1]
+    for half in (1, 0):
+        row = k + 1 - half
+        pieces[row, 0], pieces[row, 1], pieces[row, 2] = first, last, 2 * node + half
+        pieces[row, 3] = budget
+        fractions[row, 0], fractions[row, 1] = begin, end
+        if last - first > 1:
+            pieces[row, 1 - half] = (first + last) // 2
+        else:
+            fractions[row, 1 - half] = 0.5 * (begin + end)
+        at[row, 0] = -1 if half == 1 else touch_0
+        at[row, 1] = touch_1 if half == 1 else -1
 
 
 @kernel(**INLINE)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, AnyVerdict
-from borecheck.geometry.tree.mesh_tree import Closest
+from borecheck.geometry.tree.mesh_tree import NearestPoints
 from borecheck.motion.halving import CERTIFIED, TOUCHED, UNDECIDED
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ class LeastClearance:
     at: float
     pair: tuple[int, int]
     names: Names
-    closest: Closest
+    closest: NearestPoints
     within_tolerance: bool
 
 

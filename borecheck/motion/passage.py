@@ -190,7 +190,9 @@ def distances_across(corners: Array) -> Array:
     return np.where(same & (to_side <= depth), 0.0, to_side)
 
 
-def told(needle: "Body", corridor: Corridor, T: Array) -> tuple[Array, Array]:
+def depth_and_aside(
+    needle: "Body", corridor: Corridor, T: Array
+) -> tuple[Array, Array]:
     """Depth and distance aside of the needle's corners, placed by T, (m, 3) each."""
     points = place_vertices(np.ascontiguousarray(T), needle.mesh.vertices)
     depth, aside = corridor.coordinates(points)

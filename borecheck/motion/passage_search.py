@@ -21,7 +21,7 @@ from borecheck.geometry.triangles.solid import contained
 from borecheck.motion.bounds import Route, chord_slack, displacement, gains, route
 from borecheck.motion.halving import CERTIFIED, TOUCHED, UNDECIDED
 from borecheck.motion.outcome import Timeline
-from borecheck.motion.passage import RESERVE, Approach, Slabs, told
+from borecheck.motion.passage import RESERVE, Approach, Slabs, depth_and_aside
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.kinematics.chain import JointChain
 from borecheck.robots.kinematics.forward import WORLD
@@ -135,7 +135,7 @@ class PassageSearch:
         if outcome == TOUCHED and reason:
             span = timeline.span
             timeline.add_contained(self.names, reason, begin / span, end / span)
-            return CERTIFIED  # told already
+            return CERTIFIED  # known already
         return outcome
 
     def stays(self, begin: float, end: float) -> bool:
@@ -146,14 +146,14 @@ class PassageSearch:
         """What holds the needle at every instant of a piece of a leg."""
         change = self.motion.joints_at(end) - self.motion.joints_at(begin)
         slack = float(chord_slack(self.chain, self.way, self.gain, change))
-        ends = [self._told(time) for time in (begin, end)]
+        ends = [self._depth_and_aside(time) for time in (begin, end)]
         depth = np.stack([depth for depth, _ in ends])
         aside = np.stack([aside for _, aside in ends])
         return Slabs.of(depth, aside, slack * GENEROUS + RESERVE)
 
-    def _told(self, time: float) -> tuple[Array, Array]:
+    def _depth_and_aside(self, time: float) -> tuple[Array, Array]:
         T = self.motion.place(self.chain, time)[self.needle.frame]
-        return told(self.needle, self.corridor, T)
+        return depth_and_aside(self.needle, self.corridor, T)
 
     def _moved(self, begin: float, end: float) -> float:
         change = self.motion.joints_at(end) - self.motion.joints_at(begin)

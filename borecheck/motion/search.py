@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import UsageError
-from borecheck.motion import halving as path_kernels
+from borecheck.motion import halving
 from borecheck.motion.bounds import Route
 from borecheck.motion.broadphase import rooms_of_pairs
 from borecheck.motion.by_distance import by_distance
@@ -162,7 +162,7 @@ def examine_pair(
     """
     a, b = pair.moving, pair.standing
     quick = min(piece_limit, QUICK_LIMIT if quick_limit is None else quick_limit)
-    findings, found, looked, judged = path_kernels.examine(
+    findings, found, looked, judged = halving.examine(
         motion.theta,
         chain.parent,
         chain.kind,
@@ -197,7 +197,7 @@ def examine_pair(
     rows = findings[:found]
     # Planes give up where pieces are too many, and at pairs that hardly move at all
     # and that no plane tried separates: a rod beside its twin.
-    only_open = found > 0 and bool((rows[:, 2] == path_kernels.UNDECIDED).all())
+    only_open = found > 0 and bool((rows[:, 2] == halving.UNDECIDED).all())
     if looked <= quick and not only_open:
         return Examined(rows, looked, judged, False)
     rows, further = _examined_by_distance(
@@ -220,7 +220,7 @@ def _examined_by_distance(
     rows: list[tuple[float, float, float]] = []
     looked = 0
     for begin, end, outcome in joined(findings):
-        if outcome != path_kernels.UNDECIDED:
+        if outcome != halving.UNDECIDED:
             rows.append((begin, end, outcome))
             continue
         found, count = by_distance(

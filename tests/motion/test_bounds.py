@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from borecheck.errors import GeometryError
-from borecheck.motion import halving as path_kernels
+from borecheck.motion import bound_kernels
 from borecheck.motion.bounds import (
     Route,
     chord_slack,
@@ -129,7 +129,7 @@ def test_kernels_give_the_plain_forms(chains: list[JointChain]) -> None:
         largest = np.abs(theta).max(axis=0)
         for way in _ways(chain):
             plain = gains(chain, way, 0.3, largest)
-            kernel = path_kernels.gains(
+            kernel = bound_kernels.gains(
                 way.joints, way.forward, chain.kind, chain.length, 0.3, largest
             )
             np.testing.assert_array_equal(kernel, plain)
@@ -142,7 +142,7 @@ def test_kernels_give_the_plain_forms(chains: list[JointChain]) -> None:
 def test_bend_is_the_largest_distance_from_the_line() -> None:
     theta = np.array([[0.0, 0.0], [1.0, 0.3], [2.0, -0.1], [3.0, 0.0]])
     bend = np.zeros(2)
-    path_kernels.bend_of_run(theta, 0, 3, bend)
+    bound_kernels.bend_of_run(theta, 0, 3, bend)
     np.testing.assert_allclose(bend, [0.0, 0.3], atol=1e-15)
 
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from borecheck.core.se3 import ROTATION_TOLERANCE
 from borecheck.errors import GeometryError
 from borecheck.geometry.mesh.minkowski import (
-    Surface,
+    NumberedSurface,
     convex_plus_cube,
     join,
     triangles_plus_cube,
@@ -110,10 +110,10 @@ def enlarge(
 
 def _surfaces(
     points: Array, triangles: Ids, margin: float
-) -> list[tuple[Surface, Ids]]:
+) -> list[tuple[NumberedSurface, Ids]]:
     """Closed surfaces whose union is the sum, each with the part of its triangles."""
     convex = _convex_parts(points, triangles)
-    found: list[tuple[Surface, Ids]] = []
+    found: list[tuple[NumberedSurface, Ids]] = []
     is_rest = np.ones(len(triangles), dtype=np.bool_)
     for number, rows in enumerate(convex):
         surface = _convex_sum(points, triangles, rows, margin)
@@ -123,7 +123,9 @@ def _surfaces(
     if len(rest):
         hulls = triangles_plus_cube(points[triangles[rest]], rest, margin)
         found.append((hulls, len(convex) + np.searchsorted(rest, hulls.source)))
-        found.append((Surface(points, triangles[rest], rest), np.full(len(rest), -1)))
+        found.append(
+            (NumberedSurface(points, triangles[rest], rest), np.full(len(rest), -1))
+        )
     return found
 
 
@@ -184,14 +186,16 @@ def connected_parts(n_vertices: int, triangles: Ids) -> list[Ids]:
     return [np.sort(rows) for rows in np.split(order.astype(np.int64), starts[1:])]
 
 
-def _convex_sum(points: Array, triangles: Ids, rows: Ids, margin: float) -> Surface:
+def _convex_sum(
+    points: Array, triangles: Ids, rows: Ids, margin: float
+) -> NumberedSurface:
     """Sum of one convex part; wound outward whatever way it came."""
     rows = rows[_has_three_corners(triangles[rows])]
     part = triangles[rows]
     if _volume(points[part]) < 0.0:
         part = part[:, ::-1]
     used, part = np.unique(part, return_inverse=True)
-    surface = Surface(points[used], part.reshape(-1, 3), rows)
+    surface = NumberedSurface(points[used], part.reshape(-1, 3), rows)
     return convex_plus_cube(surface, margin)
 
 

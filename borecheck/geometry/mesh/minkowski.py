@@ -33,7 +33,7 @@ _CUBE_TRIANGLES = np.array(
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class NumberedSurface:
     """Closed surfaces, each edge shared by two triangles of the same vertex numbers.
 
     Attributes:
@@ -47,7 +47,7 @@ class Surface:
     source: Ids
 
 
-def convex_plus_cube(surface: Surface, half_edge: float) -> Surface:
+def convex_plus_cube(surface: NumberedSurface, half_edge: float) -> NumberedSurface:
     """The sum of closed convex surfaces, wound outward, and a cube along the axes."""
     for axis in range(3):
         along = np.zeros_like(surface.vertices)
@@ -56,7 +56,9 @@ def convex_plus_cube(surface: Surface, half_edge: float) -> Surface:
     return surface
 
 
-def triangles_plus_cube(corners: Array, source: Ids, half_edge: float) -> Surface:
+def triangles_plus_cube(
+    corners: Array, source: Ids, half_edge: float
+) -> NumberedSurface:
     """The sum of every triangle for itself and a cube: one closed hull for each.
 
     Args:
@@ -87,10 +89,10 @@ def triangles_plus_cube(corners: Array, source: Ids, half_edge: float) -> Surfac
     return join(hulls)
 
 
-def join(surfaces: list[Surface]) -> Surface:
+def join(surfaces: list[NumberedSurface]) -> NumberedSurface:
     """Several surfaces as one, vertices not shared between them."""
     offsets = np.cumsum([0] + [len(s.vertices) for s in surfaces])
-    return Surface(
+    return NumberedSurface(
         np.concatenate([s.vertices for s in surfaces]),
         np.concatenate(
             [s.triangles + at for s, at in zip(surfaces, offsets, strict=False)]
@@ -99,7 +101,9 @@ def join(surfaces: list[Surface]) -> Surface:
     )
 
 
-def sweep(surface: Surface, along: Array, forward: NDArray[np.bool_]) -> Surface:
+def sweep(
+    surface: NumberedSurface, along: Array, forward: NDArray[np.bool_]
+) -> NumberedSurface:
     """The surface swept from -along to +along.
 
     Args:
@@ -111,7 +115,7 @@ def sweep(surface: Surface, along: Array, forward: NDArray[np.bool_]) -> Surface
     triangles = surface.triangles + np.where(forward, 0, n)[:, None]
     quads, quad_source = _silhouette(surface, forward)
     return _compact(
-        Surface(
+        NumberedSurface(
             np.concatenate([surface.vertices + along, surface.vertices - along]),
             np.concatenate([triangles, quads]),
             np.concatenate([surface.source, quad_source]),
@@ -119,7 +123,9 @@ def sweep(surface: Surface, along: Array, forward: NDArray[np.bool_]) -> Surface
     )
 
 
-def _silhouette(surface: Surface, forward: NDArray[np.bool_]) -> tuple[Ids, Ids]:
+def _silhouette(
+    surface: NumberedSurface, forward: NDArray[np.bool_]
+) -> tuple[Ids, Ids]:
     """Quads, as two triangles, over the edges between forward and backward triangles.
 
     Vertex u stands at u in front and at u + n behind.
@@ -142,14 +148,14 @@ def _silhouette(surface: Surface, forward: NDArray[np.bool_]) -> tuple[Ids, Ids]
 
 def _flat_plus_cube(
     corners: Array, source: Ids, front: NDArray[np.bool_], axis: int, half_edge: float
-) -> Surface:
+) -> NumberedSurface:
     """Triangles swept first along the axis that they look along most, then the others.
 
     Each is two triangles back to back; the first sweep parts them.
     """
     m = len(corners)
     sides = np.arange(3 * m).reshape(-1, 3)
-    surface = Surface(
+    surface = NumberedSurface(
         corners.reshape(-1, 3),
         np.concatenate([sides, sides[:, ::-1]]),
         np.tile(source, 2),
@@ -171,7 +177,7 @@ def _edges_plus_cube(
     source: Ids,
     chosen: NDArray[np.bool_],
     half_edge: float,
-) -> Surface:
+) -> NumberedSurface:
     """Cubes, grown by the heights, swept along the longest edges."""
     rows = np.flatnonzero(chosen)
     first = np.argmax(lengths[rows], axis=1)
@@ -179,7 +185,7 @@ def _edges_plus_cube(
     half_edges = half_edge + 2.0 * heights[rows]  # twice: the height is rounded too
     cubes = ((start + end) / 2)[:, None] + half_edges[:, None, None] * _CUBE_CORNERS
     triangles = _CUBE_TRIANGLES + 8 * np.arange(len(rows))[:, None, None]
-    surface = Surface(
+    surface = NumberedSurface(
         cubes.reshape(-1, 3), triangles.reshape(-1, 3), np.repeat(source[rows], 12)
     )
     half_way = np.repeat((end - start) / 2, 8, axis=0)
@@ -187,12 +193,14 @@ def _edges_plus_cube(
     return sweep(surface, half_way, looks >= 0.0)
 
 
-def _normals(surface: Surface) -> Array:
+def _normals(surface: NumberedSurface) -> Array:
     a, b, c = (surface.vertices[surface.triangles[:, k]] for k in range(3))
     return np.cross(b - a, c - a)
 
 
-def _compact(surface: Surface) -> Surface:
+def _compact(surface: NumberedSurface) -> NumberedSurface:
     """Without vertices that no triangle uses."""
     used, triangles = np.unique(surface.triangles, return_inverse=True)
-    return Surface(surface.vertices[used], triangles.reshape(-1, 3), surface.source)
+    return NumberedSurface(
+        surface.vertices[used], triangles.reshape(-1, 3), surface.source
+    )

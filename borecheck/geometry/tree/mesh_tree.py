@@ -34,7 +34,7 @@ _FIRST_ROOM = 2048
 
 
 @dataclass(frozen=True, eq=False)
-class Closest:
+class NearestPoints:
     """Two nearest points of two meshes.
 
     Attributes:
@@ -219,7 +219,7 @@ class MeshTree:
 
     def closest(
         self, other: "MeshTree", T_self: ArrayLike, T_other: ArrayLike
-    ) -> "Closest":
+    ) -> "NearestPoints":
         """Two nearest points, in the world, and the triangles that hold them.
 
         If the surfaces meet, the distance is 0 and the triangles are the first pair in
@@ -244,7 +244,7 @@ class MeshTree:
             placement(T_other, "T_other"),
             leaf_b,
         )
-        return Closest(
+        return NearestPoints(
             0.0 if count else distance,
             lower,
             upper,

@@ -15,8 +15,8 @@ from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.tree.addresses import PairBook
 from borecheck.geometry.tree.mesh_tree import (
-    Closest,
     MeshTree,
+    NearestPoints,
     Within,
     placement,
     reject_placement,
@@ -149,7 +149,7 @@ class Pair:
         """Certified bounds of the distance, [m]; see `MeshTree.clearance`."""
         return self.a.clearance(self.b, T_a, T_b, relative_tolerance)
 
-    def closest(self, T_a: ArrayLike, T_b: ArrayLike) -> Closest:
+    def closest(self, T_a: ArrayLike, T_b: ArrayLike) -> NearestPoints:
         """Two nearest points; see `MeshTree.closest`."""
         return self.a.closest(self.b, T_a, T_b)
 

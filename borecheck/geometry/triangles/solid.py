@@ -41,7 +41,7 @@ class Side(StrEnum):
 
 
 @dataclass(frozen=True)
-class Containment:
+class Enclosure:
     """Whether one mesh lies inside the other one's solid.
 
     Attributes:
@@ -84,7 +84,7 @@ def contained(
     mesh_b: TriangleMesh,
     topology_a: Topology | None = None,
     topology_b: Topology | None = None,
-) -> Containment:
+) -> Enclosure:
     """Whether a part of one mesh lies inside the other mesh's solid.
 
     The surfaces must be known not to touch. Then every connected component lies wholly
@@ -118,16 +118,14 @@ def _held(
     inner_topology: Topology,
     outer: TriangleMesh,
     outer_topology: Topology,
-) -> Containment:
+) -> Enclosure:
     """Whether a component of inner lies inside outer."""
-    found = Containment(
-        "none", f"{inner.name} and {outer.name} hold nothing of another"
-    )
+    found = Enclosure("none", f"{inner.name} and {outer.name} hold nothing of another")
     for k in _inside_box(inner, inner_topology.component, outer.bounds):
         point = inner.vertices[inner.triangles[k, 0]].copy()
         if not outer_topology.is_closed:
             reason = f"{outer.name} is open: what it holds cannot be told"
-            return Containment("unknown", reason, point)
+            return Enclosure("unknown", reason, point)
         side = side_of(point, outer, outer_topology)
         if side is Side.UNDECIDED:
             part = inner.corners[
@@ -135,12 +133,12 @@ def _held(
             ]
             side = _side_of_joined(part.reshape(-1, 3), outer, outer_topology)
         if side is Side.INSIDE:
-            return Containment(kind, f"{inner.name} is inside {outer.name}", point)
+            return Enclosure(kind, f"{inner.name} is inside {outer.name}", point)
         if side is Side.ON_SURFACE:
             reason = f"{inner.name} touches {outer.name}: ask for contact first"
-            found = Containment("unknown", reason, point)
+            found = Enclosure("unknown", reason, point)
         elif side is Side.UNDECIDED:
-            found = Containment("unknown", undecided(inner.name, outer.name), point)
+            found = Enclosure("unknown", undecided(inner.name, outer.name), point)
     return found
 
 
