@@ -58,7 +58,7 @@ class SolidPairs:
         others = moving.T_world_others
         while True:
             codes = np.zeros((count, len(moving.pairs)), np.int8)
-            holding(
+            asks = holding(
                 moving.book.entries,
                 self._links.arrays,
                 self._others.arrays,
@@ -69,6 +69,7 @@ class SolidPairs:
                 settled,
                 codes,
             )
-            # `|`: both sides are to find out what they were asked.
-            if not self._links.answer() | self._others.answer():
+            if not asks:
                 return codes
+            self._links.answer()
+            self._others.answer()

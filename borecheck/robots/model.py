@@ -6,7 +6,7 @@ joints are free joints of the URDF in the file's order, mimic joints are expande
 here, and what is returned is a copy.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -169,6 +169,11 @@ class RobotModel:
             beyond |= value < lower - LIMIT_TOLERANCE
             beyond |= value > upper + LIMIT_TOLERANCE
         return beyond
+
+    def moving_limits(self) -> Iterator[tuple[Joint, tuple[float, float]]]:
+        """Joints that can move, mimic joints too, with their limits, [rad] or [m]."""
+        for joint in self._moving:
+            yield joint, _limits(joint)
 
     def driver(self, name: str, kind: str) -> tuple[int, float, float]:
         """Which entry of q drives a joint, with factor and offset.

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -67,7 +68,7 @@ class Scene:
     not_modelled: tuple[str, ...]
     warnings: tuple[str, ...]
 
-    @property
+    @cached_property
     def doubt(self) -> str | None:
         """Why nothing may be called clear in this scene: guessed units, lost frames."""
         doubts = (o.doubt for o in self.obstacles)

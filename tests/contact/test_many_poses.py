@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.many_poses import prepared
+from borecheck.contact.pose_batch import prepared
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.many_poses import checked_configurations, prepared
+from borecheck.contact.many_poses import as_configurations, refuse_beyond_limits
+from borecheck.contact.pose_batch import prepared
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
@@ -111,13 +112,13 @@ def test_one_bad_number_among_many_is_refused(robot):
         qs = QS.copy()
         qs[3, 1] = bad
         with pytest.raises(UsageError, match="not finite"):
-            checked_configurations(robot, qs)
+            as_configurations(robot, qs)
     with pytest.raises(JointLimitError, match="configuration 4: "):
-        checked_configurations(robot, np.where(np.arange(7)[:, None] == 4, 3.1, QS))
+        refuse_beyond_limits(robot, np.where(np.arange(7)[:, None] == 4, 3.1, QS))
     for shape in ((3,), (2, 2), (2, 4), (1, 2, 3)):
         with pytest.raises(UsageError, match="shape"):
-            checked_configurations(robot, np.zeros(shape))
-    copy = checked_configurations(robot, QS)
+            as_configurations(robot, np.zeros(shape))
+    copy = as_configurations(robot, QS)
     copy[0, 0] = 9.0
     assert QS[0, 0] == 0.0
 

@@ -33,6 +33,9 @@ WITNESSES = 8
 # What world boxes grow by, as in `placing.placed_bounds`, [m].
 _GROWN = 1e-9
 
+Floats = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
 
 class Solids:
     """What `holding` asks of some meshes besides their trees.
@@ -55,7 +58,7 @@ class Solids:
         self.corners = np.concatenate([np.zeros((0, WITNESSES, 3)), *corners])
 
     @property
-    def arrays(self) -> tuple[NDArray[np.generic], ...]:
+    def arrays(self) -> tuple[Floats, Ids, Ids, Floats]:
         """As kernels take them."""
         return self.boxes, self.kinds, self.first, self.corners
 
@@ -88,6 +91,8 @@ def holding(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Fills codes (n, pairs), zero before; a pose ends with its first HELD.
 
+    Returns whether something is asked of `Solids.answer`; then ask again after it.
+
     Args:
         book: Trees and pairs, as `query.search` takes them.
         solids_a: `Solids.arrays` of the first meshes.
@@ -109,6 +114,7 @@ def holding(  # type: ignore[no-untyped-def]
     reach_a = np.empty((len(solids_a[0]), 2, 3))
     reach_b = np.empty((len(solids_b[0]), 2, 3))
     T_a, T_b = np.empty((3, 4)), np.empty((3, 4))
+    asks = False
     if not b_moves:
         _world_boxes(solids_b[0], placements_b, 0, reach_b)
     for i in range(len(placements_a)):
@@ -134,6 +140,9 @@ def holding(  # type: ignore[no-untyped-def]
             codes[i, k] = code
             if code == HELD:
                 break
+            if code == IN_DOUBT:
+                asks |= (solids_a[1][a] == ASKED) | (solids_b[1][b] == ASKED)
+    return asks
 
 
 @kernel

@@ -85,12 +85,13 @@ def asked(meshes, others, placements, T_others, count=8):
     settled = np.zeros(len(placements), bool)
     while True:
         codes = np.zeros((len(placements), len(moving.pairs)), np.int8)
-        holding(
+        asks = holding(
             moving.book.entries, a.arrays, b.arrays, placements,
             moving.T_world_others, False, count, settled, codes,
         )  # fmt: skip
-        if not a.answer() | b.answer():
+        if not asks:
             return codes, moving
+        assert a.answer() | b.answer()
 
 
 def random_placements(rng, count, reach):

@@ -1,0 +1,275 @@
+"""A robot and a scene packed for many poses: what every compiled question starts from.
+
+The placements come from the compiled chain, which agrees with Pinocchio to rounding
+(tests hold it to 1e-12).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from borecheck.contact.containment import holds_or_might
+from borecheck.contact.pose_kernel import (
+    BEYOND_LIMITS,
+    FREE,
+    IN_DOUBT_STILL,
+    TOUCHES,
+    Joints,
+    Limits,
+    Pairs,
+    PoseBook,
+    Solid,
+    ask_poses,
+)
+from borecheck.contact.solid_pairs import SolidPairs, solids_of
+from borecheck.core.once import once_per_pair
+from borecheck.core.se3 import check_transform
+from borecheck.errors import GeometryError, UsageError
+from borecheck.geometry.surfaces import surface
+from borecheck.geometry.tree.holding import IN_DOUBT, MIGHT_HOLD, WITNESSES
+from borecheck.geometry.tree.many_links import MovingLinks
+from borecheck.geometry.tree.packed import PackedTrees
+from borecheck.geometry.triangles.narrowphase import narrowphase_code
+from borecheck.robots.kinematics.robot_chain import chain_of
+from borecheck.robots.model import LIMIT_TOLERANCE
+from borecheck.robots.robot import Robot
+from borecheck.robots.scene import Scene
+
+__all__ = ["BEYOND_LIMITS", "FREE", "TOUCHES", "PoseBatch", "prepared"]
+
+Array = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
+
+class Asked(NamedTuple):
+    """Answers of `PoseBatch.ask`.
+
+    Attributes:
+        states: FREE, TOUCHES or BEYOND_LIMITS, (n,) int8: TOUCHES also where a solid
+            might hold another and nothing can tell.
+        which: Row of the pair that touches, (n,): of `obstacles.pairs`, then of
+            `itself.pairs`; -1 without one.
+        beyond: How many are BEYOND_LIMITS.
+    """
+
+    states: NDArray[np.int8]
+    which: Ids
+    beyond: int
+
+
+class PoseBatch:
+    """Links, obstacles, and the pairs that are asked.
+
+    Args:
+        robot: The robot.
+        scene: The scene.
+        obstacle_pairs: Which part against which obstacle, (p, 2); default: all.
+        self_pairs: Which part against which part, (s, 2); default: the robot's.
+
+    Attributes:
+        obstacles: Parts against obstacles.
+        itself: Parts against parts.
+        chain: Places the links.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        scene: Scene,
+        obstacle_pairs: Ids | None = None,
+        self_pairs: Ids | None = None,
+    ) -> None:
+        frame_of, self.chain = chain_of(robot)
+        self._frames = np.array([frame_of[p.link] for p in robot.parts], np.int64)
+        self._limits = _limits_of(robot)
+        parts = [surface(part.mesh) for part in robot.parts]
+        others = [surface(obstacle.mesh) for obstacle in scene.obstacles]
+        links = PackedTrees([part.tree for part in parts])
+        against = MovingLinks.against(links, [other.tree for other in others])
+        if obstacle_pairs is not None:
+            against = replace(against, pairs=obstacle_pairs)
+        if self_pairs is None:
+            self_pairs = np.array(robot.self_pairs, np.int64).reshape(-1, 2)
+        self.obstacles = against
+        self.itself = MovingLinks.among(links, self_pairs)
+        self._parts, self._others = parts, others
+        self._links, self._standing = solids_of(parts), solids_of(others)
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """What kernels take, of chain and pairs as they are."""
+        chain, against, among = self.chain, self.obstacles, self.itself
+        joints = Joints(
+            chain.parent,
+            chain.kind,
+            chain.source,
+            chain.factor,
+            chain.offset,
+            chain.parts,
+            self._frames,
+        )
+        assert against.T_world_others is not None  # they stand
+        book = PoseBook(
+            self._limits,
+            joints,
+            Pairs(against.book.entries, against.T_world_others),
+            Pairs(among.book.entries, np.zeros((1, 0, 4, 4))),
+            Solid(*self._links.arrays),
+            Solid(*self._standing.arrays),
+        )
+        self._book, self._entries = book, book.entries
+        self._solid_pairs = (
+            SolidPairs(against, self._links, self._standing),
+            SolidPairs(among, self._links, self._links),
+        )
+
+    def moved(
+        self, T_world_obstacles: Mapping[int, Array], T_world_root: Array | None
+    ) -> "PoseBatch":
+        """The same with obstacles or the robot's root elsewhere; nothing is rebuilt.
+
+        Args:
+            T_world_obstacles: Placements by number, (4, 4), on top of where they are
+                in the scene.
+            T_world_root: Where the robot's root link stands; None: where it is.
+        """
+        other = object.__new__(PoseBatch)
+        vars(other).update(vars(self))
+        assert self.obstacles.T_world_others is not None
+        placements = self.obstacles.T_world_others.copy()
+        for number, T in T_world_obstacles.items():
+            placements[0, number] = check_transform(T, f"obstacle {number}")
+        other.obstacles = replace(self.obstacles, T_world_others=placements)
+        if T_world_root is not None:
+            origin = self.chain.origin.copy()
+            origin[0] = check_transform(T_world_root, "T_world_root")
+            other.chain = replace(self.chain, origin=origin)
+        other._lay_out()
+        return other
+
+    def placements(self, qs: Array) -> Array:
+        """T_scene_part of every configuration, (n, parts, 4, 4)."""
+        return self.chain.placements(qs, self._frames)
+
+    def ask(
+        self,
+        qs: Array,
+        narrowphase: str = "exact",
+        *,
+        solids: bool = True,
+        threads: int = 1,
+    ) -> Asked:
+        """What is known of every pose, and the first pair that touches.
+
+        Args:
+            qs: Configurations, (n, joints), contiguous.
+            narrowphase: exact, two-sided, paper:robot or paper:scanner.
+            solids: Whether to ask also if a solid holds another.
+            threads: How many poses are worked on at once.
+        """
+        code = narrowphase_code(narrowphase)
+        corners = 0 if not solids else WITNESSES if narrowphase == "exact" else 1
+        states, which = np.empty(len(qs), np.int8), np.empty(len(qs), np.int64)
+
+        counts = [(0, 0)]
+
+        def run(begin: int, end: int) -> None:
+            part = slice(begin, end)
+            counts.append(self._run(qs[part], code, corners, states[part], which[part]))
+
+        if threads == 1:
+            counts = [self._run(qs, code, corners, states, which)]
+        else:
+            _in_threads(run, len(qs), threads)
+        if sum(doubts for doubts, _ in counts):
+            self._settle_doubts(qs, states, which)
+        return Asked(states, which, sum(beyond for _, beyond in counts))
+
+    def _run(
+        self,
+        qs: Array,
+        code: int,
+        corners: int,
+        states: NDArray[np.int8],
+        which: Ids,
+    ) -> tuple[int, int]:
+        """Fills states and which; how many poses are in doubt and beyond limits."""
+        while True:
+            bad, asks, doubts, beyond = ask_poses(
+                self._entries, qs, code, corners, states, which
+            )
+            if bad >= 0:
+                raise GeometryError(
+                    f"pose {bad}: a link is placed by no rigid transform"
+                )
+            if not asks:
+                return doubts, beyond
+            self._links.answer()
+            self._standing.answer()
+
+    def _settle_doubts(self, qs: Array, states: NDArray[np.int8], which: Ids) -> None:
+        for i in np.flatnonzero(states == IN_DOUBT_STILL):
+            held = self._holds_by_single_pairs(self.placements(qs[i : i + 1]))
+            states[i] = TOUCHES if held else FREE
+            which[i] = which[i] if held else -1
+
+    def _holds_by_single_pairs(self, T_scene_parts: Array) -> bool:
+        """Whether a solid holds another or might, of one pose; with reasons asked."""
+        for pairs, moving in zip(
+            self._solid_pairs, (self.obstacles, self.itself), strict=True
+        ):
+            codes = pairs.codes(T_scene_parts)[0]
+            if (codes >= MIGHT_HOLD).any():
+                return True
+            for k in np.flatnonzero(codes == IN_DOUBT):
+                if self._may_hold(moving, int(k), T_scene_parts[0]):
+                    return True
+        return False
+
+    def _may_hold(self, moving: MovingLinks, row: int, T_scene_parts: Array) -> bool:
+        a, b = moving.pairs[row].tolist()
+        standing = moving.T_world_others
+        others = self._parts if standing is None else self._others
+        T_b = T_scene_parts[b] if standing is None else standing[0, b]
+        found = holds_or_might(self._parts[a], T_scene_parts[a], others[b], T_b)
+        return found.kind != "none"
+
+
+@once_per_pair
+def prepared(robot: Robot, scene: Scene) -> PoseBatch:
+    """The packed form of a robot and a scene; the same records give the same one."""
+    return PoseBatch(robot, scene)
+
+
+def _limits_of(robot: Robot) -> Limits:
+    model = robot.model
+    rows = [
+        (*model.driver(joint.name, joint.type), *limits)
+        for joint, limits in model.moving_limits()
+    ]
+    table = np.array(rows, np.float64).reshape(-1, 5)
+    return Limits(
+        np.ascontiguousarray(table[:, 0].astype(np.int64)),
+        np.ascontiguousarray(table[:, 1]),
+        np.ascontiguousarray(table[:, 2]),
+        np.ascontiguousarray(table[:, 3] - LIMIT_TOLERANCE),
+        np.ascontiguousarray(table[:, 4] + LIMIT_TOLERANCE),
+    )
+
+
+def _in_threads(run: Callable[[int, int], None], count: int, threads: int) -> None:
+    """Calls run(begin, end) for consecutive stretches of poses, one to a thread."""
+    if threads < 1:
+        raise UsageError(f"threads is {threads}, not a number of threads")
+    borders: Sequence[int] = (
+        np.linspace(0, count, min(threads, max(count, 1)) + 1).astype(int).tolist()
+    )
+    with ThreadPoolExecutor(threads) as pool:
+        jobs = [pool.submit(run, begin, end) for begin, end in pairwise(borders)]
+        for job in jobs:
+            job.result()
