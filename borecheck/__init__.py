@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from borecheck.contact.check import check as check
     from borecheck.contact.compare import compare as compare
     from borecheck.contact.many_poses import first_contacts as first_contacts
+    from borecheck.contact.queries import queries as queries
     from borecheck.errors import BorecheckError as BorecheckError
     from borecheck.geometry.tree.mesh_tree import MeshTree as MeshTree
     from borecheck.geometry.tree.pair import Pair as Pair
@@ -40,6 +41,7 @@ _HOMES = {
     "first_contacts": "borecheck.contact.many_poses:first_contacts",
     "load_robot": "borecheck.robots.robot:load_robot",
     "load_scene": "borecheck.robots.scene:load_scene",
+    "queries": "borecheck.contact.queries:queries",
     "validate": "borecheck.validation.run:validate_file",
     "verify": "borecheck.motion.binding:verify",
 }

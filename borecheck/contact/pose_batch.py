@@ -18,6 +18,7 @@ from borecheck.contact.pose_kernel import (
     BEYOND_LIMITS,
     FREE,
     IN_DOUBT_STILL,
+    MIGHT_TOUCH,
     TOUCHES,
     Joints,
     Limits,
@@ -31,7 +32,7 @@ from borecheck.core.once import once_per_pair
 from borecheck.core.se3 import check_transform
 from borecheck.errors import GeometryError, UsageError
 from borecheck.geometry.surfaces import surface
-from borecheck.geometry.tree.holding import IN_DOUBT, MIGHT_HOLD, WITNESSES
+from borecheck.geometry.tree.holding import HELD, IN_DOUBT, MIGHT_HOLD, WITNESSES
 from borecheck.geometry.tree.many_links import MovingLinks
 from borecheck.geometry.tree.packed import PackedTrees
 from borecheck.geometry.triangles.narrowphase import narrowphase_code
@@ -40,7 +41,14 @@ from borecheck.robots.model import LIMIT_TOLERANCE
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
-__all__ = ["BEYOND_LIMITS", "FREE", "TOUCHES", "PoseBatch", "prepared"]
+__all__ = [
+    "BEYOND_LIMITS",
+    "FREE",
+    "MIGHT_TOUCH",
+    "TOUCHES",
+    "PoseBatch",
+    "prepared",
+]
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -50,8 +58,8 @@ class Asked(NamedTuple):
     """Answers of `PoseBatch.ask`.
 
     Attributes:
-        states: FREE, TOUCHES or BEYOND_LIMITS, (n,) int8: TOUCHES also where a solid
-            might hold another and nothing can tell.
+        states: FREE, TOUCHES, BEYOND_LIMITS, (n,) int8; MIGHT_TOUCH where a solid might
+            hold another and nothing can tell.
         which: Row of the pair that touches, (n,): of `obstacles.pairs`, then of
             `itself.pairs`; -1 without one.
         beyond: How many are BEYOND_LIMITS.
@@ -214,30 +222,61 @@ class PoseBatch:
 
     def _settle_doubts(self, qs: Array, states: NDArray[np.int8], which: Ids) -> None:
         for i in np.flatnonzero(states == IN_DOUBT_STILL):
-            held = self._holds_by_single_pairs(self.placements(qs[i : i + 1]))
-            states[i] = TOUCHES if held else FREE
-            which[i] = which[i] if held else -1
+            placements = self.placements(qs[i : i + 1])
+            held = self.held(placements, itself=True)[0]
+            states[i], which[i] = FREE, -1
+            for state in (MIGHT_TOUCH, TOUCHES):  # the certain one stays
+                if (held == state).any():
+                    states[i], which[i] = state, int(np.argmax(held == state))
 
-    def _holds_by_single_pairs(self, T_scene_parts: Array) -> bool:
-        """Whether a solid holds another or might, of one pose; with reasons asked."""
-        for pairs, moving in zip(
-            self._solid_pairs, (self.obstacles, self.itself), strict=True
-        ):
-            codes = pairs.codes(T_scene_parts)[0]
-            if (codes >= MIGHT_HOLD).any():
-                return True
-            for k in np.flatnonzero(codes == IN_DOUBT):
-                if self._may_hold(moving, int(k), T_scene_parts[0]):
-                    return True
-        return False
+    def held(self, T_scene_parts: Array, *, itself: bool = False) -> NDArray[np.int8]:
+        """Which pairs hold one another or might, (n, pairs): FREE, or as `ask` says.
 
-    def _may_hold(self, moving: MovingLinks, row: int, T_scene_parts: Array) -> bool:
+        Surfaces must be known not to meet.
+
+        Args:
+            T_scene_parts: (n, parts, 4, 4).
+            itself: Whether to ask also the pairs of parts, behind those with obstacles.
+        """
+        found = []
+        for pairs, moving in (
+            (self._solid_pairs[0], self.obstacles),
+            (self._solid_pairs[1], self.itself),
+        )[: 2 if itself else 1]:
+            codes = pairs.codes(T_scene_parts, every=True)
+            states = np.full(codes.shape, FREE, np.int8)
+            states[codes == HELD] = TOUCHES
+            states[codes == MIGHT_HOLD] = MIGHT_TOUCH
+            for i, k in np.argwhere(codes == IN_DOUBT):
+                states[i, k] = self._asked_singly(moving, int(k), T_scene_parts[i])
+            found.append(states)
+        return np.concatenate(found, axis=1)
+
+    def _asked_singly(self, moving: MovingLinks, row: int, T_scene_parts: Array) -> int:
+        """One pair whose rays leave a doubt."""
         a, b = moving.pairs[row].tolist()
         standing = moving.T_world_others
         others = self._parts if standing is None else self._others
         T_b = T_scene_parts[b] if standing is None else standing[0, b]
         found = holds_or_might(self._parts[a], T_scene_parts[a], others[b], T_b)
-        return found.kind != "none"
+        return {"none": FREE, "unknown": MIGHT_TOUCH}.get(found.kind, TOUCHES)
+
+    def nearest_points(self, T_scene_parts: Array, row: int) -> tuple[Array, Array]:
+        """Nearest points of a part and an obstacle, by their row in `obstacles.pairs`.
+
+        Args:
+            T_scene_parts: Of one pose, (parts, 4, 4).
+            row: Of the pair.
+        """
+        a, b = self.obstacles.pairs[row].tolist()
+        assert self.obstacles.T_world_others is not None
+        T_a, T_b = T_scene_parts[a], self.obstacles.T_world_others[0, b]
+        found = self._parts[a].tree.closest(self._others[b].tree, T_a, T_b)
+        return found.point_self, found.point_other
+
+    def frame_of_pair(self, row: int) -> int:
+        """The frame of the part of a pair with an obstacle."""
+        return int(self._frames[self.obstacles.pairs[row, 0]])
 
 
 @once_per_pair

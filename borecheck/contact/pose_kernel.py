@@ -12,13 +12,20 @@ from numpy.typing import NDArray
 
 from borecheck.geometry.kernels.compile import INLINE, kernel
 from borecheck.geometry.tree.addresses import PAIR_COUNT, address
-from borecheck.geometry.tree.holding import IN_DOUBT, MIGHT_HOLD, WITNESSES, holding
+from borecheck.geometry.tree.holding import (
+    HELD,
+    IN_DOUBT,
+    MIGHT_HOLD,
+    WITNESSES,
+    holding,
+)
 from borecheck.geometry.tree.query import FIRST, NO_PAIR, search
 from borecheck.geometry.tree.simd import array_at
 from borecheck.robots.kinematics.forward import place_many
 
-# What is known of a pose. IN_DOUBT_STILL: rays leave a doubt about a solid.
-FREE, TOUCHES, IN_DOUBT_STILL, BEYOND_LIMITS = range(4)
+# What is known of a pose. MIGHT_TOUCH: something is in the box of an open mesh or among
+# surfaces that cancel. IN_DOUBT_STILL: rays leave a doubt, to be settled.
+FREE, TOUCHES, MIGHT_TOUCH, IN_DOUBT_STILL, BEYOND_LIMITS = range(5)
 
 Floats = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -172,7 +179,7 @@ def ask_poses(book, qs, code, corners, states, which):  # type: ignore[no-untype
         code: The narrowphase.
         corners: For `holding`, how many must be in the other's box; 0: solids are not
             asked.
-        states: FREE, TOUCHES, IN_DOUBT_STILL or BEYOND_LIMITS, int8.
+        states: FREE, TOUCHES ..., int8.
         which: int64.
 
     Returns:
@@ -242,15 +249,20 @@ def _ask_solids(  # type: ignore[no-untyped-def]
         return False
     codes = np.zeros((len(placements), count), np.int8)
     asks = holding(
-        pairs.book, links, others, placements, standing, moving, corners, settled, codes
-    )
+        pairs.book, links, others, placements, standing, moving,
+        corners, False, settled, codes,
+    )  # fmt: skip
     for i in range(len(placements)):
         if settled[i]:
             continue
         for k in range(count):
-            if codes[i, k] >= MIGHT_HOLD:
-                states[i], which[i], settled[i] = TOUCHES, row + k, True
-                break
-            if codes[i, k] == IN_DOUBT:
-                states[i], which[i] = IN_DOUBT_STILL, row + k
+            state = FREE
+            if codes[i, k] == HELD:
+                state, settled[i] = TOUCHES, True
+            elif codes[i, k] == MIGHT_HOLD and states[i] != IN_DOUBT_STILL:
+                state = MIGHT_TOUCH
+            elif codes[i, k] == IN_DOUBT:
+                state = IN_DOUBT_STILL
+            if state != FREE:
+                states[i], which[i] = state, row + k
     return asks

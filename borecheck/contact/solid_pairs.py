@@ -41,15 +41,18 @@ class SolidPairs:
         settled: NDArray[np.bool_] | None = None,
         *,
         unseen: bool = False,
+        every: bool = False,
     ) -> NDArray[np.int8]:
         """What can be told of every pair in every pose, (n, pairs), see `tree.holding`.
 
-        Surfaces must be known not to meet. A pose ends with its first pair that holds.
+        Surfaces must be known not to meet.
 
         Args:
             placements: T_world_link of every pose, (n, links, 4, 4), rigid.
             settled: Poses to leave out, (n,).
             unseen: Whether surfaces may meet that the checker does not see.
+            every: Whether all pairs are asked; else a pose ends with its first that
+                holds, and of those after it nothing is said.
         """
         moving = self._moving
         count = len(placements)
@@ -66,6 +69,7 @@ class SolidPairs:
                 placements if others is None else others,
                 others is None,
                 1 if unseen else WITNESSES,
+                every,
                 settled,
                 codes,
             )

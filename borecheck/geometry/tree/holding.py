@@ -87,9 +87,9 @@ def witnesses(mesh: TriangleMesh, known: Topology) -> NDArray[np.float64]:
 @kernel
 def holding(  # type: ignore[no-untyped-def]
     book, solids_a, solids_b, placements_a, placements_b, b_moves,
-    count, settled, codes,
+    count, every, settled, codes,
 ):  # fmt: skip
-    """Fills codes (n, pairs), zero before; a pose ends with its first HELD.
+    """Fills codes (n, pairs), zero before.
 
     Returns whether something is asked of `Solids.answer`; then ask again after it.
 
@@ -102,6 +102,7 @@ def holding(  # type: ignore[no-untyped-def]
         b_moves: Whether they do not.
         count: How many corners of a component must be in the other's box: WITNESSES,
             or 1 where surfaces may meet unseen, by a checker that has blind spots.
+        every: Whether all pairs are asked; else a pose ends with its first HELD.
         settled: Poses to leave out, (n,).
         codes: int8.
     """
@@ -138,7 +139,7 @@ def holding(  # type: ignore[no-untyped-def]
                 )
                 code = max(code, back)
             codes[i, k] = code
-            if code == HELD:
+            if code == HELD and not every:
                 break
             if code == IN_DOUBT:
                 asks |= (solids_a[1][a] == ASKED) | (solids_b[1][b] == ASKED)

@@ -87,7 +87,7 @@ def asked(meshes, others, placements, T_others, count=8):
         codes = np.zeros((len(placements), len(moving.pairs)), np.int8)
         asks = holding(
             moving.book.entries, a.arrays, b.arrays, placements,
-            moving.T_world_others, False, count, settled, codes,
+            moving.T_world_others, False, count, False, settled, codes,
         )  # fmt: skip
         if not asks:
             return codes, moving
@@ -234,6 +234,6 @@ def test_a_settled_pose_is_left_out():
     settled = np.array([True, False, True])
     holding(
         moving.book.entries, a.arrays, b.arrays, inside, moving.T_world_others,
-        False, 8, settled, codes,
+        False, 8, False, settled, codes,
     )  # fmt: skip
     assert codes[:, 0].tolist() == [NOTHING, HELD, NOTHING]
