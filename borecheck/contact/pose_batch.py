@@ -4,10 +4,8 @@ The placements come from the compiled chain, which agrees with Pinocchio to roun
 (tests hold it to 1e-12).
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping
 from dataclasses import replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -30,11 +28,12 @@ from borecheck.contact.pose_kernel import (
 from borecheck.contact.solid_pairs import SolidPairs, solids_of
 from borecheck.core.once import once_per_pair
 from borecheck.core.se3 import check_transform
-from borecheck.errors import GeometryError, UsageError
+from borecheck.errors import GeometryError
 from borecheck.geometry.surfaces import surface
 from borecheck.geometry.tree.holding import HELD, IN_DOUBT, MIGHT_HOLD, WITNESSES
 from borecheck.geometry.tree.many_links import MovingLinks
 from borecheck.geometry.tree.packed import PackedTrees
+from borecheck.geometry.tree.threads import in_threads
 from borecheck.geometry.triangles.narrowphase import narrowphase_code
 from borecheck.robots.kinematics.robot_chain import chain_of
 from borecheck.robots.model import LIMIT_TOLERANCE
@@ -193,7 +192,7 @@ class PoseBatch:
         if threads == 1:
             counts = [self._run(qs, code, corners, states, which)]
         else:
-            _in_threads(run, len(qs), threads)
+            in_threads(run, len(qs), threads)
         if sum(doubts for doubts, _ in counts):
             self._settle_doubts(qs, states, which)
         return Asked(states, which, sum(beyond for _, beyond in counts))
@@ -299,16 +298,3 @@ def _limits_of(robot: Robot) -> Limits:
         np.ascontiguousarray(table[:, 3] - LIMIT_TOLERANCE),
         np.ascontiguousarray(table[:, 4] + LIMIT_TOLERANCE),
     )
-
-
-def _in_threads(run: Callable[[int, int], None], count: int, threads: int) -> None:
-    """Calls run(begin, end) for consecutive stretches of poses, one to a thread."""
-    if threads < 1:
-        raise UsageError(f"threads is {threads}, not a number of threads")
-    borders: Sequence[int] = (
-        np.linspace(0, count, min(threads, max(count, 1)) + 1).astype(int).tolist()
-    )
-    with ThreadPoolExecutor(threads) as pool:
-        jobs = [pool.submit(run, begin, end) for begin, end in pairwise(borders)]
-        for job in jobs:
-            job.result()

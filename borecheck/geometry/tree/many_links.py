@@ -8,11 +8,9 @@ Give the trees as `PackedTrees` to calls that come often: lists of trees are pac
 """
 
 import math
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -31,6 +29,7 @@ from borecheck.geometry.tree.mesh_tree import (
 from borecheck.geometry.tree.nearest_first import comes_near, nearest_first
 from borecheck.geometry.tree.packed import PackedTrees
 from borecheck.geometry.tree.query import NO_PAIR
+from borecheck.geometry.tree.threads import in_threads
 from borecheck.geometry.triangles.narrowphase import narrowphase_code
 
 Trees = PackedTrees | Sequence[MeshTree]
@@ -170,7 +169,7 @@ class MovingLinks:
         def run(begin: int, end: int) -> None:
             self._search(placements, begin, end, code, _FIRST, hits, touches)
 
-        _in_threads(run, count, threads)
+        in_threads(run, count, threads)
 
     def contacts(self, placements: ArrayLike, narrowphase: str = "exact") -> Ids:
         """All triangle pairs in contact, sorted, (k, 4).
@@ -229,7 +228,7 @@ class MovingLinks:
             self._nearest(placements, begin, end, scale, answers)
 
         self._mark_contacts(placements, threads, answers, each)
-        _in_threads(run, len(placements), threads)
+        in_threads(run, len(placements), threads)
         lower, upper = (
             answers[..., bvh_clearance.LOWER],
             answers[..., bvh_clearance.UPPER],
@@ -406,17 +405,3 @@ def first_self_contacts(
 
 def _packed(trees: Trees) -> PackedTrees:
     return trees if isinstance(trees, PackedTrees) else PackedTrees(trees)
-
-
-def _in_threads(run: Callable[[int, int], None], count: int, threads: int) -> None:
-    """Calls run(begin, end) for consecutive stretches of poses, one to a thread."""
-    if threads < 1:
-        raise GeometryError(f"threads is {threads}, not a number of threads")
-    if threads == 1 or count < 2:
-        run(0, count)
-        return
-    borders = np.linspace(0, count, min(threads, count) + 1).astype(int).tolist()
-    with ThreadPoolExecutor(threads) as pool:
-        jobs = [pool.submit(run, begin, end) for begin, end in pairwise(borders)]
-        for job in jobs:
-            job.result()
