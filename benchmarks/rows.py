@@ -16,9 +16,9 @@ from borecheck.geometry.tree.mesh_tree import MeshTree
 from borecheck.geometry.tree.packed import PackedTrees
 from borecheck.geometry.triangles import all_pairs
 from borecheck.geometry.triangles import exact as exact_contact
-from borecheck.geometry.triangles import published as triangle_contact
 from borecheck.geometry.triangles.placing import place_mesh
 from borecheck.geometry.triangles.published import NARROWPHASES
+from borecheck.geometry.triangles.two_sided import two_sided
 from borecheck.motion.problem import Body, PathProblem
 from borecheck.motion.search import search
 
@@ -232,9 +232,7 @@ def exactness(bench: Bench) -> list[Line]:
     leaf = bench.time(
         {
             "ours": lambda: exact_contact.exact(first, second),
-            "float64, both ways round": lambda: triangle_contact.two_sided(
-                first, second
-            ),
+            "float64, both ways round": lambda: two_sided(first, second),
         }
     )
     query = bench.time(
@@ -248,7 +246,7 @@ def exactness(bench: Bench) -> list[Line]:
     hard = bench.time(
         {
             "ours": lambda: exact_contact.exact(*lattice),
-            "float64, both ways round": lambda: triangle_contact.two_sided(*lattice),
+            "float64, both ways round": lambda: two_sided(*lattice),
         }
     )
     _, roads = exact_contact.exact_counted(*lattice)

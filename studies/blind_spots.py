@@ -27,7 +27,8 @@ from borecheck.core.se3 import axis_rotation
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.tree.mesh_tree import MeshTree
 from borecheck.geometry.triangles.exact import exact
-from borecheck.geometry.triangles.published import paper, two_sided
+from borecheck.geometry.triangles.published import paper
+from borecheck.geometry.triangles.two_sided import two_sided
 
 Array = NDArray[np.float64]
 CHECKERS = ("paper:robot", "paper:scanner", "two-sided")

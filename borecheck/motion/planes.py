@@ -11,6 +11,7 @@ from borecheck.geometry.kernels.compile import INLINE, kernel
 from borecheck.geometry.triangles.distance import disjoint_distance
 from borecheck.geometry.triangles.placing import place_triangle
 from borecheck.geometry.triangles.published import triangle_row
+from borecheck.geometry.triangles.vectors import cross
 
 
 @kernel
@@ -62,30 +63,21 @@ def _beside(t, step, first, last, standing, reserve):  # type: ignore[no-untyped
     n = _normal(t)
     if _either_way(n, first, last, standing, reserve):
         return True
-    if _either_way(_cross(n, step), first, last, standing, reserve):
+    if _either_way(cross(n, step), first, last, standing, reserve):
         return True
     for k in range(3):
         p, q = 3 * k, 3 * ((k + 1) % 3)
         edge = (t[q] - t[p], t[q + 1] - t[p + 1], t[q + 2] - t[p + 2])
-        if _either_way(_cross(edge, step), first, last, standing, reserve):
+        if _either_way(cross(edge, step), first, last, standing, reserve):
             return True
     return False
-
-
-@kernel(**INLINE)
-def _cross(u, v):  # type: ignore[no-untyped-def]
-    return (
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    )
 
 
 @kernel(**INLINE)
 def _normal(t):  # type: ignore[no-untyped-def]
     along = (t[3] - t[0], t[4] - t[1], t[5] - t[2])
     across = (t[6] - t[0], t[7] - t[1], t[8] - t[2])
-    return _cross(along, across)
+    return cross(along, across)
 
 
 @kernel

@@ -3,7 +3,8 @@ import pytest
 
 from borecheck.contact.causes import cause_of, orientation, signed_determinants
 from borecheck.geometry.triangles.exact import exact
-from borecheck.geometry.triangles.published import paper, two_sided
+from borecheck.geometry.triangles.published import paper
+from borecheck.geometry.triangles.two_sided import two_sided
 
 # The smallest example of [Matsuno2020]'s one-sided test: a spike through a large plate.
 SPIKE = np.array([[0, 0, -0.01], [0.0005, 0, 0.1], [-0.0005, 0, 0.1]])

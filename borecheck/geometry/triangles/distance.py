@@ -16,6 +16,7 @@ from borecheck.geometry.kernels.compile import kernel
 from borecheck.geometry.triangles.exact import exact_pair
 from borecheck.geometry.triangles.exact_sign import Point, corners_of
 from borecheck.geometry.triangles.placing import Triangle
+from borecheck.geometry.triangles.vectors import cross, dot, minus
 
 Witness = tuple[float, Point, Point]
 
@@ -58,8 +59,8 @@ def disjoint_distance(a: Triangle, b: Triangle) -> Witness:
     o = (a[0], a[1], a[2])
     a1, a2, a3 = corners_of(a)
     b1, b2, b3 = corners_of(b)
-    a1, a2, a3 = _minus(a1, o), _minus(a2, o), _minus(a3, o)
-    b1, b2, b3 = _minus(b1, o), _minus(b2, o), _minus(b3, o)
+    a1, a2, a3 = minus(a1, o), minus(a2, o), minus(a3, o)
+    b1, b2, b3 = minus(b1, o), minus(b2, o), minus(b3, o)
     size = max(_size(a2), _size(a3), _size(b1), _size(b2), _size(b3))
     scale = 1.0
     if size != 0.0 and not (_SMALLEST < size < _LARGEST):
@@ -86,8 +87,8 @@ def chebyshev_distance(a: Triangle, b: Triangle) -> float:
     """
     a1, a2, a3 = corners_of(a)
     b1, b2, b3 = corners_of(b)
-    u1, u2, u3 = _minus(a2, a1), _minus(a3, a2), _minus(a1, a3)
-    v1, v2, v3 = _minus(b2, b1), _minus(b3, b2), _minus(b1, b3)
+    u1, u2, u3 = minus(a2, a1), minus(a3, a2), minus(a1, a3)
+    v1, v2, v3 = minus(b2, b1), minus(b3, b2), minus(b1, b3)
     best = 0.0
     for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)):
         best = max(best, _gap(axis, a1, a2, a3, b1, b2, b3))
@@ -109,11 +110,11 @@ def _gap(
     if norm == 0.0:
         return 0.0
     # relative to a1: far from the origin nothing is lost but the differences' rounding
-    s2, s3 = _dot(w, _minus(a2, a1)), _dot(w, _minus(a3, a1))
+    s2, s3 = dot(w, minus(a2, a1)), dot(w, minus(a3, a1))
     t1, t2, t3 = (
-        _dot(w, _minus(b1, a1)),
-        _dot(w, _minus(b2, a1)),
-        _dot(w, _minus(b3, a1)),
+        dot(w, minus(b1, a1)),
+        dot(w, minus(b2, a1)),
+        dot(w, minus(b3, a1)),
     )
     above = min(t1, t2, t3) - max(0.0, s2, s3)
     below = min(0.0, s2, s3) - max(t1, t2, t3)
@@ -129,27 +130,8 @@ def _plus(p: Point, q: Point) -> Point:
 
 
 @kernel
-def _minus(p: Point, q: Point) -> Point:
-    return p[0] - q[0], p[1] - q[1], p[2] - q[2]
-
-
-@kernel
 def _times(s: float, p: Point) -> Point:
     return s * p[0], s * p[1], s * p[2]
-
-
-@kernel
-def _dot(u: Point, v: Point) -> float:
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-
-
-@kernel
-def _cross(u: Point, v: Point) -> Point:
-    return (
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    )
 
 
 @kernel
@@ -179,8 +161,8 @@ def _difference_of_products(a: float, b: float, c: float, d: float) -> float:
 @kernel
 def _sharp_cross(u: Point, v: Point) -> Point:
     """Cross product, accurate in relation to itself even for nearly parallel u, v."""
-    n = _cross(u, v)
-    if _dot(n, n) > _FLAT * _dot(u, u) * _dot(v, v):
+    n = cross(u, v)
+    if dot(n, n) > _FLAT * dot(u, u) * dot(v, v):
         return n
     return (
         _difference_of_products(u[1], v[2], u[2], v[1]),
@@ -194,8 +176,8 @@ def _sharp_cross(u: Point, v: Point) -> Point:
 
 @kernel
 def _nearer(best: Witness, p: Point, q: Point) -> Witness:
-    d = _minus(p, q)
-    square = _dot(d, d)
+    d = minus(p, q)
+    square = dot(d, d)
     if square < best[0]:
         return square, p, q
     return best
@@ -204,31 +186,31 @@ def _nearer(best: Witness, p: Point, q: Point) -> Witness:
 @kernel
 def _on_segment(p: Point, q: Point, x: Point) -> Point:
     """The point of the closed segment p-q nearest to x."""
-    d = _minus(q, p)
-    length = _dot(d, d)
+    d = minus(q, p)
+    length = dot(d, d)
     if length == 0.0:
         return p
     # from the nearer end, so that the end itself is met without rounding
-    t = _dot(_minus(x, p), d) / length
+    t = dot(minus(x, p), d) / length
     if t <= 0.0:
         return p
     if t >= 1.0:
         return q
     if t < 0.5:
         return _plus(p, _times(t, d))
-    return _minus(q, _times(_dot(_minus(q, x), d) / length, d))
+    return minus(q, _times(dot(minus(q, x), d) / length, d))
 
 
 @kernel
 def _inner_points(best: Witness, p: Point, q: Point, r: Point, s: Point) -> Witness:
     """Nearest points of two skew lines where they lie within p-q and r-s."""
-    u, v, w = _minus(q, p), _minus(s, r), _minus(r, p)
+    u, v, w = minus(q, p), minus(s, r), minus(r, p)
     n = _sharp_cross(u, v)
-    nn = _dot(n, n)
-    if nn == 0.0 or _dot(n, w) ** 2 >= best[0] * nn:
+    nn = dot(n, n)
+    if nn == 0.0 or dot(n, w) ** 2 >= best[0] * nn:
         return best
-    i = _dot(_sharp_cross(w, v), n)
-    j = _dot(_sharp_cross(w, u), n)
+    i = dot(_sharp_cross(w, v), n)
+    j = dot(_sharp_cross(w, u), n)
     if not (0.0 < i < nn and 0.0 < j < nn):
         return best
     return _nearer(best, _plus(p, _times(i / nn, u)), _plus(r, _times(j / nn, v)))
@@ -237,12 +219,12 @@ def _inner_points(best: Witness, p: Point, q: Point, r: Point, s: Point) -> Witn
 @kernel
 def _foot(a: Point, b: Point, c: Point, n: Point, x: Point) -> tuple[bool, Point]:
     """Foot of x on the plane of a, b, c, and whether it lies inside the triangle."""
-    nn = _dot(n, n)
-    w = _minus(x, a)
-    j = _dot(_sharp_cross(w, _minus(c, a)), n)
-    k = _dot(_sharp_cross(_minus(b, a), w), n)
+    nn = dot(n, n)
+    w = minus(x, a)
+    j = dot(_sharp_cross(w, minus(c, a)), n)
+    k = dot(_sharp_cross(minus(b, a), w), n)
     inside = j > 0.0 and k > 0.0 and j + k < nn
-    return inside, _minus(x, _times(_dot(n, w) / nn, n))
+    return inside, minus(x, _times(dot(n, w) / nn, n))
 
 
 @kernel
@@ -260,12 +242,12 @@ def _corners_to_face(
     best: Witness, x: tuple[Point, Point, Point], a: Point, b: Point, c: Point
 ) -> Witness:
     """Nearest of three corners to the inside of the triangle a, b, c."""
-    n = _sharp_cross(_minus(b, a), _minus(c, a))
-    nn = _dot(n, n)
+    n = _sharp_cross(minus(b, a), minus(c, a))
+    nn = dot(n, n)
     if nn == 0.0:
         return best
     for corner in x:
-        if _dot(n, _minus(corner, a)) ** 2 < best[0] * nn:
+        if dot(n, minus(corner, a)) ** 2 < best[0] * nn:
             inside, foot = _foot(a, b, c, n, corner)
             if inside:
                 best = _nearer(best, corner, foot)

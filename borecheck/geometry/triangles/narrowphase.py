@@ -16,8 +16,8 @@ from borecheck.geometry.triangles.published import (
     NARROWPHASES,
     paper_pair,
     triangle_row,
-    two_sided_pair,
 )
+from borecheck.geometry.triangles.two_sided import two_sided_pair
 
 Rows = NDArray[np.float64]
 

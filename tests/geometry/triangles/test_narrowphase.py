@@ -11,7 +11,8 @@ from borecheck.geometry.triangles.narrowphase import (
     first_contact,
     narrowphase_code,
 )
-from borecheck.geometry.triangles.published import NARROWPHASES, paper, two_sided
+from borecheck.geometry.triangles.published import NARROWPHASES, paper
+from borecheck.geometry.triangles.two_sided import two_sided
 
 REFERENCE = {
     "paper:robot": paper,

@@ -8,7 +8,8 @@ import pytest
 from borecheck.errors import GeometryError
 from borecheck.geometry.triangles.exact import exact
 from borecheck.geometry.triangles.exact_sign import orientation_2d
-from borecheck.geometry.triangles.published import NARROWPHASES, paper, two_sided
+from borecheck.geometry.triangles.published import NARROWPHASES, paper
+from borecheck.geometry.triangles.two_sided import two_sided
 
 # The smallest example of one-sidedness: a spike through the middle of a plate.
 SPIKE = [[0.0, 0.0, -0.01], [0.0005, 0.0, 0.1], [-0.0005, 0.0, 0.1]]
