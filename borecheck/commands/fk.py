@@ -24,11 +24,8 @@ def run(args: argparse.Namespace) -> int:
     from borecheck.commands.exit_status import ExitStatus
     from borecheck.report.document import header, robot_block
     from borecheck.report.text import fk_text
-    from borecheck.robots.kinematics.agreement import (
-        cross_check,
-        sample_configurations,
-        to_json,
-    )
+    from borecheck.robots.kinematics.configurations import sample_configurations
+    from borecheck.robots.kinematics.cross_check import cross_check, to_json
 
     robot = common.load(args)
     if args.q is not None:

@@ -63,7 +63,7 @@ def certificate(
     outcome: PathVerdict,
     about: Mapping[str, Any] | None = None,
 ) -> dict[str, Any] | None:
-    """The certificate of a motion that `path_search.search` found clear.
+    """The certificate of a motion that `motion.search` found clear.
 
     Args:
         problem: Who must not touch whom.

@@ -8,7 +8,8 @@ import pytest
 import borecheck as bc
 from borecheck.geometry.mesh_files.reading import read_mesh
 from borecheck.robots.description import hook
-from borecheck.robots.kinematics import agreement as kc
+from borecheck.robots.kinematics.configurations import sample_configurations
+from borecheck.robots.kinematics.cross_check import cross_check
 from borecheck.robots.kinematics.perturbation import unseen_perturbations
 from borecheck_models.shapes import signed_volume
 from mri_arm.description import DESCRIPTION
@@ -38,13 +39,13 @@ def magnet():
 def test_three_sources_agree(arguments):
     robot = bc.load_robot("mri_arm", **arguments)
     rng = np.random.default_rng(0)
-    result = kc.cross_check(robot, kc.sample_configurations(robot.model, rng, 50))
+    result = cross_check(robot, sample_configurations(robot.model, rng, 50))
     assert not result.disagreements
 
 
 def test_every_wrong_number_would_be_noticed(arm):
     rng = np.random.default_rng(1)
-    qs = kc.sample_configurations(arm.model, rng, 20)
+    qs = sample_configurations(arm.model, rng, 20)
     study = unseen_perturbations(arm, qs)
     assert len(study.seen) > 100
     for unseen in study.unseen:  # the length of an axis means nothing

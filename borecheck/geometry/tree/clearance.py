@@ -4,7 +4,7 @@ The surfaces are known not to meet (`tree.query` asked before), so the clearance
 least distance over all triangle pairs. A pair of boxes is dropped when it cannot hold
 anything nearer than what is asked for; the least bound of what was dropped is part of
 the answer. Bounds of boxes are float32, rounded down by the slack of `tree.boxes` and
-by `bvh_lanes.SAFE`; distances of triangles are float64 with the error that
+by `simd.SAFE`; distances of triangles are float64 with the error that
 `triangles.distance` states.
 """
 
@@ -122,7 +122,7 @@ def approach(  # type: ignore[no-untyped-def]
     """Narrows `answer` by one mesh against another, their relation given.
 
     Args:
-        tree_a: As in `bvh_query.walk`, like all arguments not listed here.
+        tree_a: As in `query.walk`, like all arguments not listed here.
         slot_a: The box of a to begin with, 8 node + slot.
         T_a: ...
         tree_b: ...
@@ -229,7 +229,7 @@ def nearest(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Bounds for meshes whose surfaces do not meet; see `approach`.
 
-    Arguments as in `bvh_query.search` and `approach`; placements are rigid.
+    Arguments as in `query.search` and `approach`; placements are rigid.
 
     Args:
         nodes_a: ...

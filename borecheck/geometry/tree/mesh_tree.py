@@ -27,7 +27,7 @@ Placement = NDArray[np.float64]
 
 # A lone tree against a lone tree.
 _ONE_PAIR = np.zeros((1, 2), np.int64)
-# For answers of `bvh_query.search` that nobody asks for.
+# For answers of `query.search` that nobody asks for.
 NOT_ASKED, NOT_ASKED_BOOL = np.zeros(0, np.int64), np.zeros(0, np.bool_)
 # Contacts found at first without asking again for more room.
 _FIRST_ROOM = 2048
@@ -197,7 +197,7 @@ class MeshTree:
 
         (0, 0) exactly if they meet by the exact predicate. Otherwise lower <= distance
         <= upper; with a tolerance of 0 they differ by no more than twice
-        `triangle_distance.DISTANCE_ERROR` times the size of the nearest pair of
+        `distance.DISTANCE_ERROR` times the size of the nearest pair of
         triangles, else upper <= (1 + relative_tolerance) * lower besides that error. A
         tolerance of 0.1 is 5 to 100 times cheaper than 0.
 
@@ -289,7 +289,7 @@ class MeshTree:
         cutoff: float = math.inf,
         stop: float = -1.0,
     ) -> NDArray[np.float64]:
-        """The answer of `bvh_clearance.nearest`; placements known to be rigid."""
+        """The answer of `clearance.nearest`; placements known to be rigid."""
         answers = np.array([[bvh_clearance.NO_ANSWER]])
         bvh_clearance.nearest(
             self.nodes,
@@ -356,7 +356,7 @@ def _bounds(answer: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _leaf(nodes: NDArray[np.float32], slot: int) -> int:
-    """The leaf in a slot of the tree, see `bvh_boxes.child_box`."""
+    """The leaf in a slot of the tree, see `boxes.child_box`."""
     return ~int(nodes.view(np.int32)[slot >> 3, CHILD_ROW, slot & 7])
 
 

@@ -102,7 +102,7 @@ def search(  # type: ignore[no-untyped-def]
     """Contacts of pairs of meshes, pose by pose.
 
     Args:
-        book: Trees and pairs, see `bvh_book.PairBook`.
+        book: Trees and pairs, see `addresses.PairBook`.
         placements_a: (n, a, 4, 4).
         placements_b: (n, b, 4, 4), or (1, b, 4, 4) if they stand still.
         b_moves: Whether they do not.

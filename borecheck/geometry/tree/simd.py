@@ -2,7 +2,7 @@
 
 Numba's own vectoriser leaves these loops scalar, at four times the time. Both
 instructions take a *probe*: 19 float32 numbers that stand for the box of the other
-tree, made once for the eight children (`bvh_boxes.set_probe`). LLVM turns the eight
+tree, made once for the eight children (`boxes.set_probe`). LLVM turns the eight
 lanes into whatever the processor has. `tree.boxes` says why results are safe.
 """
 

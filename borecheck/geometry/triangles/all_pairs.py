@@ -41,7 +41,7 @@ def all_contacts(code: int, first: Rows, second: Rows, *, vector: bool = True) -
     """Every pair of triangles in contact, after asking all of them.
 
     Args:
-        code: The narrowphase (`triangle_contact.NARROWPHASES`).
+        code: The narrowphase (`published.NARROWPHASES`).
         first: Placed triangles of the robot, (n, 9), [m].
         second: Placed triangles of the obstacle, (m, 9), [m], in the same frame.
         vector: Use vector instructions; the same result without, slower.

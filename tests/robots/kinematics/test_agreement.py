@@ -12,8 +12,10 @@ import pytest
 from borecheck.core.se3 import transform
 from borecheck.errors import GeometryError, UnknownNameError, UsageError
 from borecheck.robots.description import JointMap, RobotDescription
-from borecheck.robots.kinematics import agreement as kc
 from borecheck.robots.kinematics import sources
+from borecheck.robots.kinematics.agreement import Tolerances, differences, disagreements
+from borecheck.robots.kinematics.configurations import sample_configurations
+from borecheck.robots.kinematics.cross_check import cross_check, to_json
 from borecheck.robots.kinematics.perturbation import changed_urdfs, unseen_perturbations
 from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import load_robot
@@ -106,17 +108,17 @@ def hooks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tests are imported by path: their hooks are looked up here."""
     functions = {"forward": forward, "dimensions": dimensions}
     by_name = lambda text: functions[text.partition(":")[2]]  # noqa: E731
-    for module in ("sources", "agreement", "perturbation"):
+    for module in ("sources", "cross_check", "perturbation"):
         monkeypatch.setattr(f"borecheck.robots.kinematics.{module}.hook", by_name)
 
 
 @pytest.fixture
 def qs() -> np.ndarray:
-    return kc.sample_configurations(RobotModel(URDF), np.random.default_rng(0), 20)
+    return sample_configurations(RobotModel(URDF), np.random.default_rng(0), 20)
 
 
 def test_three_sources_agree(qs: np.ndarray) -> None:
-    result = kc.cross_check(Robot(described()), qs)
+    result = cross_check(Robot(described()), qs)
     assert result.disagreements == ()
     assert result.position_m < 1e-14
     assert result.rotation_rad < 1e-14
@@ -131,7 +133,7 @@ def test_three_sources_agree(qs: np.ndarray) -> None:
 
 def test_a_wrong_bridge_is_a_disagreement(qs: np.ndarray) -> None:
     wrong = described(joints=(JointMap("s"), JointMap("h", 1.0)))
-    result = kc.cross_check(Robot(wrong), qs)
+    result = cross_check(Robot(wrong), qs)
     frames = {(d.frame, d.rotation_rad > 0.1) for d in result.disagreements}
     assert ("A", True) in frames
     worst = result.worst["analytic", "pinocchio"]["A"]
@@ -139,19 +141,19 @@ def test_a_wrong_bridge_is_a_disagreement(qs: np.ndarray) -> None:
     assert abs(worst.q_rotation[1]) == 0.7
     # the engines still agree with each other
     engines = result.worst["pinocchio", "yourdfpy"]
-    assert not any(d.exceeds(kc.Tolerances()) for d in engines.values())
+    assert not any(d.exceeds(Tolerances()) for d in engines.values())
 
 
 def test_offset_of_the_bridge_is_used(qs: np.ndarray) -> None:
     moved = described(joints=(JointMap("s", 1.0, 0.1), JointMap("h", -1.0)))
-    result = kc.cross_check(Robot(moved), qs)
+    result = cross_check(Robot(moved), qs)
     worst = result.worst["analytic", "pinocchio"]["A"]
     assert worst.position_m == pytest.approx(0.1)
     assert worst.rotation_rad < 1e-14
 
 
 def test_robot_without_closed_form_has_two_sources(qs: np.ndarray) -> None:
-    result = kc.cross_check(Robot(None), qs)
+    result = cross_check(Robot(None), qs)
     assert set(result.worst) == {("pinocchio", "yourdfpy")}
     assert set(result.frames) == {"W", "slide", "arm", "rod", "plate"}
     assert "analytic" in result.silent
@@ -159,14 +161,14 @@ def test_robot_without_closed_form_has_two_sources(qs: np.ndarray) -> None:
 
 
 def test_json_has_the_contract_and_is_json(qs: np.ndarray) -> None:
-    document = kc.to_json(kc.cross_check(Robot(described()), qs))
+    document = to_json(cross_check(Robot(described()), qs))
     assert json.loads(json.dumps(document, allow_nan=False)) == document
     assert {"parameters", "frames", "worst"} <= set(document)
     assert set(document["frames"]["A"]) == {"analytic", "pinocchio", "yourdfpy"}
     assert set(document["worst"]) == {"position_m", "rotation_rad"}
     assert np.array(document["frames"]["A"]["analytic"]).shape == (4, 4)
     assert document["agree"] is True
-    missing = kc.to_json(kc.cross_check(Robot(None), qs))
+    missing = to_json(cross_check(Robot(None), qs))
     assert missing["frames"]["arm"]["analytic"] is None
 
 
@@ -210,13 +212,13 @@ def test_comparator_is_blind_and_finds_the_worst() -> None:
     def second(q: np.ndarray) -> dict[str, np.ndarray]:
         return {"a": transform([0, 0, 0], [0, 0, 0.1 - q[0]]), "b": np.eye(4)}
 
-    found = kc.disagreements(first, second, [[0.0], [0.1], [-0.3]])
+    found = disagreements(first, second, [[0.0], [0.1], [-0.3]])
     assert [d.frame for d in found] == ["a"]
     assert found[0].position_m == pytest.approx(0.3)
     assert found[0].rotation_rad == pytest.approx(0.4)
     assert found[0].q_position == (-0.3,)
-    loose = kc.Tolerances(0.31, 0.41)
-    assert kc.disagreements(first, second, [[0.0], [-0.3]], loose) == []
+    loose = Tolerances(0.31, 0.41)
+    assert disagreements(first, second, [[0.0], [-0.3]], loose) == []
 
 
 def test_nan_is_a_disagreement_wherever_it_stands() -> None:
@@ -227,7 +229,7 @@ def test_nan_is_a_disagreement_wherever_it_stands() -> None:
         return {"a": np.eye(4) * (np.nan if q[0] == 1 else 1)}
 
     for order in ([[0.0], [1.0], [2.0]], [[1.0], [0.0]], [[0.0], [1.0]]):
-        assert len(kc.disagreements(sound, ill, order)) == 1
+        assert len(disagreements(sound, ill, order)) == 1
 
 
 def test_nothing_to_compare_is_an_error() -> None:
@@ -235,21 +237,21 @@ def test_nothing_to_compare_is_an_error() -> None:
         return {"a": np.eye(4)}
 
     with pytest.raises(UsageError, match="nothing was checked"):
-        kc.differences(frames, frames, [])
+        differences(frames, frames, [])
     with pytest.raises(UnknownNameError, match="'b'"):
-        kc.differences(frames, lambda q: {"a": np.eye(4), "b": np.eye(4)}, [[0.0]])
+        differences(frames, lambda q: {"a": np.eye(4), "b": np.eye(4)}, [[0.0]])
 
 
 def test_a_sample_in_which_nothing_moves_is_an_error() -> None:
     robot = Robot(described())
     with pytest.raises(GeometryError, match="no frame moved"):
-        kc.cross_check(robot, np.zeros((3, 2)))
-    assert kc.cross_check(robot, np.zeros(2)).configurations == 1
+        cross_check(robot, np.zeros((3, 2)))
+    assert cross_check(robot, np.zeros(2)).configurations == 1
 
 
 def test_sample_holds_zero_corners_and_inner_points() -> None:
     model = RobotModel(URDF)
-    sample = kc.sample_configurations(model, np.random.default_rng(1), 30)
+    sample = sample_configurations(model, np.random.default_rng(1), 30)
     assert sample.shape == (30, 2)
     assert (sample[0] == 0).all()
     corners = {tuple(q) for q in sample[1:5]}
@@ -257,7 +259,7 @@ def test_sample_holds_zero_corners_and_inner_points() -> None:
     inner = (sample[5:] > model.lower) & (sample[5:] < model.upper)
     assert inner.all()
     with pytest.raises(UsageError, match="at least 1"):
-        kc.sample_configurations(model, np.random.default_rng(1), 0)
+        sample_configurations(model, np.random.default_rng(1), 0)
 
 
 def test_unknown_names_in_the_bridge_are_named() -> None:
@@ -283,8 +285,8 @@ def test_zerobot_is_the_same_in_three_sources(
 ) -> None:
     monkeypatch.undo()  # the real hooks
     robot = load_robot("zerobot", mount=mount)
-    sample = kc.sample_configurations(robot.model, np.random.default_rng(2), 100)
-    result = kc.cross_check(robot, sample)
+    sample = sample_configurations(robot.model, np.random.default_rng(2), 100)
+    result = cross_check(robot, sample)
     assert result.disagreements == ()
     assert set(result.frames) == set(robot.model.link_names)
     assert result.moved_m > 0.5
