@@ -126,13 +126,14 @@ class Timeline:
 
     def add(self, names: Names, findings: Array) -> None:
         """Findings (from, to, outcome) of one pair in order, in waypoints."""
-        times = np.minimum(findings[:, :2] / self.span, 1.0)
-        for (start, end), outcome in zip(times, findings[:, 2], strict=True):
+        times = np.minimum(findings[:, :2] / self.span, 1.0).tolist()
+        outcomes = findings[:, 2].astype(int).tolist()
+        for (start, end), outcome in zip(times, outcomes, strict=True):
             if outcome == TOUCHED:
-                touch = (float(start), float(end), names)
+                touch = (start, end, names)
                 if self.first_touch is None or touch[:2] < self.first_touch[:2]:
                     self.first_touch = touch
-            self._join(float(start), float(end), int(outcome), names)
+            self._join(start, end, outcome, names)
 
     def not_clear_for(self, names: Names) -> list[tuple[float, float]]:
         """Stretches in which a pair is not proven clear.
