@@ -16,7 +16,7 @@ def timeline(*rows, span=1.0, pair=AB):
     return found
 
 
-def told(verdict):
+def stretches_of(verdict):
     return [(s.start, s.end, s.verdict, s.pairs) for s in verdict.intervals]
 
 
@@ -24,7 +24,7 @@ def test_nothing_found_is_clear_of_so_many_pairs():
     found = path_verdict(Timeline(3.0), 4)
     assert (found.verdict, found.certified, found.worst) == ("clear", True, None)
     assert found.reason == "every instant is proven clear for 4 pairs"
-    assert told(found) == [(0.0, 1.0, "clear", ())]
+    assert stretches_of(found) == [(0.0, 1.0, "clear", ())]
     assert found.first_contact is None
     assert found.qualifiers == ()
 
@@ -47,7 +47,7 @@ def test_contact_begins_at_the_earliest_touch_of_any_pair():
         assert verdict.worst == 0.5
         assert verdict.reason.startswith("c and d meet between 50.0000% and 75.0000%")
         assert not verdict.certified
-        assert told(verdict) == [
+        assert stretches_of(verdict) == [
             (0.0, 0.5, "clear", ()),
             (0.5, 0.75, "contact", (CD,)),
             (0.75, 1.0, "contact", (AB,)),
@@ -96,7 +96,7 @@ def test_contact_beats_unknown_and_neighbours_are_joined():
     found.add(AB, np.array([[0.0, 0.25, UNDECIDED], [0.25, 0.5, UNDECIDED]]))
     found.add(CD, np.array([[0.125, 0.25, TOUCHED]]))
     assert found.open[0] == (0.0, 0.5, UNDECIDED, AB)
-    assert told(path_verdict(found, 2)) == [
+    assert stretches_of(path_verdict(found, 2)) == [
         (0.0, 0.125, "unknown", (AB,)),
         (0.125, 0.25, "contact", (CD,)),
         (0.25, 0.5, "unknown", (AB,)),
@@ -108,7 +108,7 @@ def test_two_pairs_open_at_once_are_both_named_once():
     found = Timeline(1.0)
     for pair in (AB, CD, AB):
         found.add(pair, np.array([[0.25, 0.5, UNDECIDED]]))
-    assert told(path_verdict(found, 2))[1] == (0.25, 0.5, "unknown", (AB, CD))
+    assert stretches_of(path_verdict(found, 2))[1] == (0.25, 0.5, "unknown", (AB, CD))
 
 
 def test_only_stretches_that_join_are_joined():
@@ -130,7 +130,7 @@ def test_a_solid_in_another_is_contact_for_its_stretch():
     verdict = path_verdict(found, 1)
     assert (verdict.verdict, verdict.reason) == ("contact", "a is in b")
     assert verdict.qualifiers == ("contained",)
-    assert told(verdict)[1] == (0.25, 0.5, "contact", (AB,))
+    assert stretches_of(verdict)[1] == (0.25, 0.5, "contact", (AB,))
     assert verdict.worst == 0.25
     np.testing.assert_allclose(found.settled(), [[0.5, 1.0]])
 
@@ -140,7 +140,7 @@ def test_what_nothing_can_be_told_of_is_unknown_everywhere_but_in_contact():
     found.add_unknown(AB, "b is open")
     verdict = path_verdict(found, 1)
     assert (verdict.verdict, verdict.reason) == ("unknown", "b is open")
-    assert told(verdict) == [(0.0, 1.0, "unknown", (AB,))]
+    assert stretches_of(verdict) == [(0.0, 1.0, "unknown", (AB,))]
     found.add(CD, np.array([[0.5, 1.0, TOUCHED]]))
     both = path_verdict(found, 2)
     assert both.verdict == "contact"
