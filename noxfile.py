@@ -3,6 +3,7 @@
 They run in the environment that nox is started from (`pip install -e ".[dev,view]"`).
 """
 
+import os
 import sys
 from pathlib import Path
 
@@ -54,3 +55,17 @@ def docs(session: nox.Session) -> None:
 def tests(session: nox.Session) -> None:
     """All tests, or those named after `--`."""
     _run(session, "pytest", "-n", "2", *session.posargs)
+
+
+@nox.session
+def random_order(session: nox.Session) -> None:
+    """All tests, or those named after `--`, in an order drawn from a seed."""
+    seed = os.environ.get("BORECHECK_ORDER_SEED", "1")
+    order = ("-p", "randomly", f"--randomly-seed={seed}")
+    _run(session, "pytest", "-n", "2", *order, *session.posargs)
+
+
+@nox.session
+def alone(session: nox.Session) -> None:
+    """Each test file in a process of its own; an interrupted run goes on."""
+    _run(session, "python", "-m", "studies.tests_alone", *session.posargs)

@@ -14,7 +14,6 @@ from borecheck.calibration.link_parameters import (
     choose_forms,
     lines_to_parameters,
 )
-from borecheck.core.se3 import axis_rotation
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.robots.urdf.tree import Joint, UrdfTree
 
@@ -145,13 +144,6 @@ def _nothing_to_identify(world: str, tip: str, held: Iterable[str]) -> str:
             "joints are not identified"
         )
     return f"no revolute joint between {world} and {tip}"
-
-
-def joint_transform(joint: Joint, angle: float) -> Array:
-    """T_parent_child of a revolute joint at an angle [rad]."""
-    T = joint.origin.copy()
-    T[:3, :3] = T[:3, :3] @ axis_rotation(joint.axis, angle)
-    return T
 
 
 def _way(tree: UrdfTree, world: str, tip: str) -> list[Joint]:

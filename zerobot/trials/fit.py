@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zerobot.trials.errors import Sources
-from zerobot.trials.published import MARGIN_MM, PublishedApproach
+from zerobot.trials.published import PublishedApproach
 
 Array = NDArray[np.float64]
 
@@ -247,13 +247,3 @@ def first_order(
     rest = 1e3 * math.hypot(sources.stage, sources.caliper, 0.26 * sources.angle)
     noise = rest * rng.standard_normal((count, len(effects)))
     return mean + (pick * normals).sum(axis=2) + noise
-
-
-def reach_table_mm(reach: Sequence[float]) -> dict[str, float]:
-    """How far the enlarged volume reaches, summed up, [mm]."""
-    values = np.asarray(reach)
-    return {
-        "smallest": float(values.min()),
-        "largest": float(values.max()),
-        "false_alarms_at_25_mm": int((values >= MARGIN_MM + FLIP_MM).sum()),
-    }
