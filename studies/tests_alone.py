@@ -3,8 +3,9 @@
     python -m studies.tests_alone [FILE ...] [--state FILE] [--again]
 
 A file that stands only on what another one imported or left behind fails here. What
-passed is kept in the state file with a hash of the tree, so that an interrupted run goes
-on; a change of any Python file begins anew. One line at the end; failures are named.
+passed is kept in the state file with a hash of the tree, so that an interrupted run
+goes on; a change of any Python file begins anew. One line at the end; what fails is
+named.
 """
 
 import argparse
