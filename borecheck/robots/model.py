@@ -9,16 +9,15 @@ here, and what is returned is a copy.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import JointLimitError, UnknownNameError, UsageError
+from borecheck.robots.pinocchio_model import MOVING, PinocchioModel
 from borecheck.robots.urdf.mimic import resolve
 from borecheck.robots.urdf.parse import build
 from borecheck.robots.urdf.schema import FREE_TYPES
-from borecheck.robots.urdf.skeleton import pieces, skeleton
 from borecheck.robots.urdf.source import Source, read
 from borecheck.robots.urdf.tree import Joint, UrdfTree
 
@@ -26,9 +25,6 @@ Array = NDArray[np.float64]
 
 # A limit typed in degrees and one computed in radians differ in the last digits.
 LIMIT_TOLERANCE = 1e-9
-
-MOVING = ("revolute", "continuous", "prismatic")
-MOST_AT_ONCE = 100  # joints in one model of Pinocchio: 0.2 GB
 
 
 @dataclass(frozen=True)
@@ -78,7 +74,7 @@ class RobotModel:
             for j in self._moving
             if j.name not in self._follows
         )
-        self._pinocchio = _PinocchioModel(self.tree)
+        self._pinocchio = PinocchioModel(self.tree)
 
     @property
     def name(self) -> str:
@@ -244,64 +240,3 @@ def _with_free_joints_fixed(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
         for joint in tree.joints
     )
     return replace(tree, joints=joints), free
-
-
-class _PinocchioModel:
-    """Pinocchio's models and data behind joint and link names.
-
-    One model for each piece of the tree: of n moving joints Pinocchio keeps n^3
-    numbers, which for a chain of a thousand is more than any memory.
-    """
-
-    def __init__(self, tree: UrdfTree) -> None:
-        self._root = tree.root.name
-        self._pieces = [_Piece(piece) for piece in pieces(tree, MOST_AT_ONCE)]
-
-    def placements(self, positions: Mapping[str, float]) -> dict[str, Array]:
-        placed = {self._root: np.eye(4)}
-        for piece in self._pieces:
-            above = placed[piece.root]
-            for link, T in piece.placements(positions).items():
-                placed[link] = T if piece.root == self._root else above @ T
-        return placed
-
-
-class _Piece:
-    """Pinocchio about one piece of the tree: links placed in the piece's root."""
-
-    def __init__(self, tree: UrdfTree) -> None:
-        import pinocchio as pin  # 0.2 s, and only placements need it
-
-        self._pin = pin
-        self.root = tree.root.name
-        self._model = pin.buildModelFromXML(skeleton(tree), False)
-        self._data = self._model.createData()
-        self._neutral = np.array(pin.neutral(self._model))
-        self._joints = {
-            joint.name: self._slot(f"j{number}")
-            for number, joint in enumerate(tree.joints)
-            if joint.type in MOVING
-        }
-        self._frames = {
-            link.name: int(self._model.getFrameId(f"l{number}", pin.BODY))
-            for number, link in enumerate(tree.links)
-        }
-
-    def _slot(self, joint: str) -> tuple[int, int]:
-        entry: Any = self._model.joints[self._model.getJointId(joint)]
-        return int(entry.idx_q), int(entry.nq)
-
-    def placements(self, positions: Mapping[str, float]) -> dict[str, Array]:
-        q = self._neutral.copy()
-        for name, (start, size) in self._joints.items():
-            value = positions[name]
-            if size == 2:  # a continuous joint is stored as cosine and sine
-                q[start : start + 2] = np.cos(value), np.sin(value)
-            else:
-                q[start] = value
-        self._pin.framesForwardKinematics(self._model, self._data, q)
-        frames = self._data.oMf
-        return {
-            link: np.array(frames[index].homogeneous)
-            for link, index in self._frames.items()
-        }

@@ -100,7 +100,7 @@ def test_a_chain_in_many_pieces_is_placed_as_one(rng, monkeypatch):
     )
     text = f'<robot name="r">{links}{joints}</robot>'
     whole = RobotModel(text)
-    monkeypatch.setattr("borecheck.robots.model.MOST_AT_ONCE", 5)
+    monkeypatch.setattr("borecheck.robots.pinocchio_model.MOST_AT_ONCE", 5)
     pieced = RobotModel(text)
     q = rng.uniform(-3.0, 3.0, 39)
     expected, placed = whole.placements(q), pieced.placements(q)
