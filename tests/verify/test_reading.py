@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from borecheck.verify import reading
 from borecheck.verify.fields import Rejected
 from borecheck.verify.reading import (
     _of_archive,
@@ -140,9 +141,16 @@ def test_far_too_much_is_refused_whatever_it_is_packed_to() -> None:
             entry.file_size, entry.compress_size = 300 << 20, 300 << 20
         with pytest.raises(Rejected, match="unpacks to more"):
             _of_archive(archive)
-        for entry in archive.filelist:
-            entry.file_size = 200 << 20
+
+
+def test_as_much_as_may_be_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    with zipfile.ZipFile(io.BytesIO(packed(**good()))) as archive:
+        total = sum(entry.file_size for entry in archive.filelist)
+        monkeypatch.setattr(reading, "MOST_PACKED", total)
         assert len(_of_archive(archive)) == 1
+        monkeypatch.setattr(reading, "MOST_PACKED", total - 1)
+        with pytest.raises(Rejected, match="unpacks to more"):
+            _of_archive(archive)
 
 
 def test_hashes_cover_type_shape_and_data() -> None:
