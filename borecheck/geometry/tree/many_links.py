@@ -150,7 +150,7 @@ class MovingLinks:
         """
         placements = self._checked(T_world_links[None])
         code = narrowphase_code(narrowphase)
-        return self._search(placements, 0, 1, code, _FIRST)[1]
+        return self._search(placements, 0, 1, code, _FIRST)[2]
 
     def _first(
         self,
@@ -177,16 +177,22 @@ class MovingLinks:
         Columns: pose, row of `pairs`, triangle of the link, triangle of the other, both
         as original ids. Arguments and errors as in `first_pairs`.
         """
+        return self.contacts_counted(placements, narrowphase)[0]
+
+    def contacts_counted(
+        self, placements: ArrayLike, narrowphase: str = "exact"
+    ) -> tuple[Ids, int]:
+        """`contacts`, and how many triangle pairs the narrowphase examined."""
         placements = self._checked(placements)
         code, end = narrowphase_code(narrowphase), len(placements)
         count, room = _FIRST_ROOM, 0
         while count > room:
             room = count
             found = np.empty((room, bvh_query.FOUND_COLUMNS), np.int64)
-            count, _ = self._search(
+            count, examined, _ = self._search(
                 placements, 0, end, code, _ALL, NOT_ASKED, NOT_ASKED_BOOL, found
             )
-        return found[:count].copy()
+        return found[:count].copy(), examined
 
     def clearances(
         self, placements: ArrayLike, relative_tolerance: float = 0.0, threads: int = 1
@@ -261,13 +267,13 @@ class MovingLinks:
         hits: Ids = NOT_ASKED,
         touches: NDArray[np.bool_] = NOT_ASKED_BOOL,
         found: Ids = _NOTHING,
-    ) -> tuple[int, int]:
-        """Number of triangle pairs found, and the last pose's first pair or -1.
+    ) -> tuple[int, int, int]:
+        """Triangle pairs found and examined, and the last pose's first pair or -1.
 
         Fills what is given.
         """
         others = self.T_world_others
-        count, _, bad, hit = bvh_query.search(
+        count, examined, bad, hit = bvh_query.search(
             self.book.entries,
             placements,
             placements if others is None else others,
@@ -284,7 +290,7 @@ class MovingLinks:
         if bad >= 0:
             for k, T in enumerate(placements[bad]):
                 reject_placement(T, f"placements[{bad}, {k}]")
-        return count, hit
+        return count, examined, hit
 
     def _nearest(
         self,
@@ -373,34 +379,6 @@ class MovingLinks:
                 f"placements have shape {array.shape}, not (n, {len(self.links)}, 4, 4)"
             )
         return array if array.flags.writeable else array.copy()
-
-
-def first_contacts(
-    links: Trees,
-    obstacles: Trees,
-    placements: ArrayLike,
-    T_world_obstacles: ArrayLike | None = None,
-    narrowphase: str = "exact",
-    threads: int = 1,
-) -> NDArray[np.bool_]:
-    """Whether any link touches any obstacle, pose by pose, (n,).
-
-    See `MovingLinks.against` and `MovingLinks.first_pairs` for arguments and errors.
-    """
-    scene = MovingLinks.against(links, obstacles, T_world_obstacles)
-    return scene.first_contacts(placements, narrowphase, threads)
-
-
-def first_self_contacts(
-    links: Trees,
-    link_pairs: ArrayLike,
-    placements: ArrayLike,
-    narrowphase: str = "exact",
-    threads: int = 1,
-) -> NDArray[np.bool_]:
-    """Whether any of the listed pairs of links touch, pose by pose, (n,)."""
-    scene = MovingLinks.among(links, link_pairs)
-    return scene.first_contacts(placements, narrowphase, threads)
 
 
 def _packed(trees: Trees) -> PackedTrees:

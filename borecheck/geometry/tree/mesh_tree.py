@@ -2,12 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.core import cache
 from borecheck.core.se3 import check_transform
 from borecheck.errors import GeometryError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
@@ -15,13 +15,9 @@ from borecheck.geometry.tree import clearance as bvh_clearance
 from borecheck.geometry.tree import query as bvh_query
 from borecheck.geometry.tree.addresses import Book, PairBook
 from borecheck.geometry.tree.boxes import LARGEST_COORDINATE
-from borecheck.geometry.tree.build import CHILD_ROW, TreeArrays, build
-from borecheck.geometry.tree.soundness import is_sound
+from borecheck.geometry.tree.build import CHILD_ROW
+from borecheck.geometry.tree.kept_trees import checked_mesh, tree_of
 from borecheck.geometry.triangles.narrowphase import narrowphase_code
-
-# Below this, building is quicker than finding the file.
-CACHED_TRIANGLES = 20_000
-CACHE_KIND = "tree-1"
 
 Placement = NDArray[np.float64]
 
@@ -92,9 +88,9 @@ class MeshTree:
     def __init__(
         self, vertices: ArrayLike, triangles: ArrayLike, *, cached: bool = True
     ) -> None:
-        mesh = _checked_mesh(vertices, triangles)
+        mesh = checked_mesh(vertices, triangles)
         corners = mesh.vertices[mesh.triangles].reshape(-1, 9)
-        tree = _tree_of(mesh, corners, cached)
+        tree = tree_of(mesh, corners, cached)
         self.nodes = tree.nodes
         self.order = tree.order
         self.depth = tree.depth
@@ -102,6 +98,24 @@ class MeshTree:
         # Of one tree, as kernels take it of many: node 0 is the first.
         self.frames = np.append(tree.frame, 0.0)[None]
         self.book = Book(self.nodes, self.corners, self.order, self.frames, self.depth)
+        # Entries of pair books by the other tree; they hold no array of it.
+        self._pairs: WeakKeyDictionary[MeshTree, NDArray[np.int64]]
+        self._pairs = WeakKeyDictionary()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what was laid out for other trees: addresses of this process."""
+        return {**vars(self), "_pairs": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, _pairs=WeakKeyDictionary())
+
+    def _pair_with(self, other: "MeshTree") -> NDArray[np.int64]:
+        """What `query.search` takes of this tree and another."""
+        entries = self._pairs.get(other)
+        if entries is None:
+            entries = PairBook(self.book, other.book, _ONE_PAIR).entries
+            self._pairs[other] = entries
+        return entries
 
     @classmethod
     def of(cls, mesh: TriangleMesh, *, cached: bool = True) -> "MeshTree":
@@ -324,12 +338,12 @@ class MeshTree:
         """Number of pairs found, number examined, and what `search` found, (k, 2)."""
         T_self, T_other = placement(T_self, "T_self"), placement(T_other, "T_other")
         code = narrowphase_code(narrowphase)
-        book = PairBook(self.book, other.book, _ONE_PAIR)
+        book = self._pair_with(other)
         room = 1 if task == bvh_query.FIRST else _FIRST_ROOM
         while True:
             found = np.empty((room, bvh_query.FOUND_COLUMNS), np.int64)
             count, examined, bad, _ = bvh_query.search(
-                book.entries,
+                book,
                 T_self,
                 T_other,
                 False,
@@ -377,55 +391,3 @@ def reject_placement(T: Placement, name: str) -> None:
     check_transform(T, name)
     if np.abs(T[:3, 3]).max() > LARGEST_COORDINATE:
         raise GeometryError(f"{name} shifts by more than {LARGEST_COORDINATE:g} m")
-
-
-def _checked_mesh(vertices: ArrayLike, triangles: ArrayLike) -> TriangleMesh:
-    ids = np.asarray(triangles)
-    if ids.dtype.kind not in "iu":
-        raise GeometryError(f"triangles are {ids.dtype}, not vertex indices")
-    mesh = TriangleMesh("of the tree", np.asarray(vertices, np.float64), ids)
-    if np.abs(mesh.vertices).max() > LARGEST_COORDINATE:
-        raise GeometryError(
-            f"mesh of the tree: a coordinate exceeds {LARGEST_COORDINATE:g} m"
-        )
-    return mesh
-
-
-def _tree_of(
-    mesh: TriangleMesh, corners: NDArray[np.float64], cached: bool
-) -> TreeArrays:
-    if not cached or len(corners) < CACHED_TRIANGLES:
-        return build(corners)
-    stored = _read_tree(mesh.sha256, corners)
-    if stored is not None:
-        return stored
-    tree = build(corners)
-    arrays: cache.Arrays = {
-        "nodes": tree.nodes,
-        "order": tree.order.astype(np.int32),
-        "frame": tree.frame,
-        "depth": np.array(tree.depth),
-    }
-    cache.store(CACHE_KIND, mesh.sha256, arrays)
-    return tree
-
-
-def _read_tree(key: str, corners: NDArray[np.float64]) -> TreeArrays | None:
-    """The cached tree of a mesh with these triangles, if it is there and sound."""
-    arrays = cache.load(CACHE_KIND, key)
-    if arrays is None:
-        return None
-    try:
-        tree = TreeArrays(
-            np.ascontiguousarray(arrays["nodes"], np.float32),
-            arrays["order"].astype(np.int64),
-            np.ascontiguousarray(arrays["frame"], np.float64),
-            int(arrays["depth"]),
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        cache.warn_damaged(CACHE_KIND, key, repr(error))
-        return None
-    if not is_sound(tree, corners):
-        cache.warn_damaged(CACHE_KIND, key, "not a tree of this mesh")
-        return None
-    return tree

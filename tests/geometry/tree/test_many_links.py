@@ -9,11 +9,7 @@ import pytest
 
 from borecheck.core.se3 import transform
 from borecheck.errors import GeometryError, UnknownNameError
-from borecheck.geometry.tree.many_links import (
-    MovingLinks,
-    first_contacts,
-    first_self_contacts,
-)
+from borecheck.geometry.tree.many_links import MovingLinks
 from borecheck.geometry.tree.mesh_tree import MeshTree
 from borecheck.geometry.tree.packed import PackedTrees
 from borecheck.geometry.triangles.published import NARROWPHASES
@@ -22,6 +18,17 @@ EYE = np.eye(4)
 POSES = 40
 # Two bounds of one distance by different walks differ by the error of a distance.
 ROUNDING = 1e-12
+
+
+def first_contacts(links, obstacles, placements, T_obstacles=None, *args, **kwargs):
+    """Of all links against all obstacles."""
+    scene = MovingLinks.against(links, obstacles, T_obstacles)
+    return scene.first_contacts(placements, *args, **kwargs)
+
+
+def first_self_contacts(links, pairs, placements):
+    """Of the listed pairs of links."""
+    return MovingLinks.among(links, pairs).first_contacts(placements)
 
 
 def soup(rng, count, size=0.15):

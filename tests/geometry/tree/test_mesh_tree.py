@@ -10,7 +10,7 @@ from borecheck.core import cache
 from borecheck.core.se3 import transform
 from borecheck.errors import GeometryError, UnknownNameError
 from borecheck.geometry.mesh.primitives import box as box_mesh
-from borecheck.geometry.tree import mesh_tree as bvh
+from borecheck.geometry.tree import kept_trees as bvh
 from borecheck.geometry.tree.build import CHILD_ROW, WIDTH
 from borecheck.geometry.tree.mesh_tree import MeshTree
 from borecheck.geometry.triangles.narrowphase import all_contacts, narrowphase_code
