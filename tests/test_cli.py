@@ -248,10 +248,10 @@ def test_a_plan_that_is_reachable_only_the_other_way_round_says_so(capsys, tmp_p
 
 
 def test_interrupted_plans_keep_what_is_finished(capsys, monkeypatch):
-    from borecheck.commands import check
+    from borecheck.commands import answers
 
     finished = []
-    real = check._one_plan
+    real = answers._one_plan
 
     def second_is_interrupted(*args):
         if finished:
@@ -259,7 +259,7 @@ def test_interrupted_plans_keep_what_is_finished(capsys, monkeypatch):
         finished.append(real(*args))
         return finished[-1]
 
-    monkeypatch.setattr(check, "_one_plan", second_is_interrupted)
+    monkeypatch.setattr(answers, "_one_plan", second_is_interrupted)
     words = ("check", "zerobot", "ct_gantry", "--plan", PLANS, "--samples", "2")
     status, out, _ = run(capsys, *words, "--no-certificate", "--format", "json")
     document = json.loads(out)
@@ -301,7 +301,8 @@ def test_no_kernel_is_loaded_while_a_checks_clock_runs():
         "import borecheck as bc\n"
         "from numba.core.dispatcher import Dispatcher\n"
         "from borecheck.commands.warm_up import warm_up\n"
-        "from borecheck.contact.check import check_with, settings\n"
+        "from borecheck.contact.check import check_with\n"
+        "from borecheck.contact.settings import settings\n"
         "def loaded():\n"
         "    all = [d for d in gc.get_objects() if isinstance(d, Dispatcher)]\n"
         "    return {(str(d), str(s)) for d in all for s in d.overloads}\n"

@@ -8,7 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from borecheck.commands.common import add_allow_outside, roots_of
+from borecheck.commands.common import roots_of
+from borecheck.commands.options.outside import add_allow_outside
 from borecheck.commands.output import refuse_outputs
 from borecheck.commands.progress import say
 from borecheck.core.result_file import SCHEMA_VERSION

@@ -1,10 +1,12 @@
 """Options that several commands share, and what they stand for."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from borecheck.commands.options.allowed import allowances
+from borecheck.commands.options.outside import add_allow_outside
 from borecheck.core.units import parse_joint_value, parse_pair, parse_pose
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.robots.description import LEVELS
@@ -61,15 +63,6 @@ def add_robot_options(parser: argparse.ArgumentParser) -> None:
         help="root for package:// and $(find ...) (repeatable)",
     )
     add_allow_outside(parser.add_argument)
-
-
-def add_allow_outside(add: Callable[..., object]) -> None:
-    """Whether a robot file may name any file of this computer."""
-    add(
-        "--allow-outside",
-        action="store_true",
-        help="files named by a robot file may lie outside its folder tree and roots",
-    )
 
 
 def roots_of(args: argparse.Namespace) -> "Roots":
@@ -140,7 +133,8 @@ def load(args: argparse.Namespace) -> "Robot":
             raise UsageError("--mount and --arg mount=... say the same: give one")
         arguments["mount"] = args.mount
     base = parse_pose(args.base) if args.base is not None else None
-    return robot_with(args.robot, arguments, args.level, base, roots_of(args))
+    robot = robot_with(args.robot, arguments, args.level, base, roots_of(args))
+    return robot.allowing(allowances(args))
 
 
 def load_surroundings(args: argparse.Namespace) -> "Scene":

@@ -1,6 +1,7 @@
 """`borecheck compare`: all checkers over poses, and the cause of each disagreement."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.commands import common
+from borecheck.commands.options.allowed import add_allowed, add_explain
 from borecheck.commands.output import check_outputs, emit, wants_display
 
 if TYPE_CHECKING:
@@ -36,6 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--samples", type=int, default=11, help="poses on a path or plan"
     )
+    add_allowed(parser)
+    add_explain(parser)
     common.add_output(parser)
 
 
@@ -57,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
         document |= replay(args.replay)
     else:
         document |= _compared(args)
-    emit(args, document, compare_text)
+    emit(args, document, partial(compare_text, explain=args.explain))
     if document.get("interrupted"):
         say(f"borecheck: interrupted after {len(document['poses'])} poses")
         return ExitStatus.INTERRUPTED
@@ -67,13 +71,14 @@ def run(args: argparse.Namespace) -> int:
 
 def _compared(args: argparse.Namespace) -> dict[str, Any]:
     from borecheck.commands.progress import Progress
-    from borecheck.contact import compare as comparison
+    from borecheck.contact.compare import compare
+    from borecheck.contact.comparison import to_json
     from borecheck.geometry.surfaces import CHECKERS
-    from borecheck.report.document import robot_block, scene_block
+    from borecheck.report.document import allowed_block, robot_block, scene_block
 
     robot, scene = common.load(args), common.load_surroundings(args)
     checkers = args.checkers.split(",") if args.checkers else CHECKERS
-    result = comparison.compare(
+    result = compare(
         robot,
         scene,
         _configurations(args, robot),
@@ -87,7 +92,8 @@ def _compared(args: argparse.Namespace) -> dict[str, Any]:
         "scene": scene_block(scene),
         "seed": args.seed if args.random is not None else None,
         "not_modelled": [*robot.not_modelled, *scene.not_modelled],
-        **comparison.to_json(result),
+        **allowed_block(robot, {"pairs": result.touching_itself}),
+        **to_json(result),
     }
     if wants_display(args):
         from borecheck.report.display import display_block

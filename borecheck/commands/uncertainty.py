@@ -81,8 +81,18 @@ def add_probabilities(
             if block["verdict"] == CLEAR:
                 block["verdict"] = UNKNOWN
                 block["reason"] += INTERRUPTED
+    for block in _judged(document):
+        _demote(block)
     if "plans" in document:
         document["verdict"] = worst_of([p["verdict"] for p in document["plans"]])
+
+
+def _demote(block: dict[str, Any]) -> None:
+    """Takes `clear` from what is said of the obstacles where the risk is not kept."""
+    obstacles = block.get("obstacles")
+    if obstacles is not None and obstacles["verdict"] == CLEAR != block["verdict"]:
+        obstacles["verdict"] = UNKNOWN
+        obstacles["reason"] += "; but that the risk is kept is not shown"
 
 
 def _judged(document: dict[str, Any]) -> Iterator[dict[str, Any]]:

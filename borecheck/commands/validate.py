@@ -10,7 +10,7 @@ from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from borecheck.commands.validate_options import add_arguments, given_by, refuse_nonsense
+from borecheck.commands.options.validate import add_arguments, given_by, refuse_nonsense
 from borecheck.core.whole_files import check_writable, write_whole
 from borecheck.errors import UsageError
 from borecheck.validation import baseline, many

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from borecheck.commands import common
+from borecheck.commands.options.allowed import add_allowed
 from borecheck.commands.output import check_outputs, emit
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
@@ -51,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     bound.add_argument("--margin", default=None, help="the clearance it shows (0)")
     common.add_robot_options(parser)
     common.add_scene_options(parser)
+    add_allowed(parser)
     common.add_output(parser)
 
 
@@ -91,7 +93,8 @@ def _asks_binding(args: argparse.Namespace) -> bool:
     if all(given):
         return True
     shaped = [args.margin, args.mount, args.base, args.arg, args.scene_arg]
-    if any(given) or any([*shaped, args.obstacle, args.patient, args.package_path]):
+    more = [args.obstacle, args.patient, args.package_path, args.srdf, args.allow]
+    if any(given) or any([*shaped, *more, args.trust_never]):
         raise UsageError(
             "to bind a certificate give --robot, --scene, and --path or --plan"
         )

@@ -14,7 +14,7 @@ from borecheck.core.cache import cache_folder
 from borecheck.core.private_folder import make_private
 
 if TYPE_CHECKING:
-    from borecheck.contact.check import Settings
+    from borecheck.contact.settings import Settings
     from borecheck.robots.robot import Robot
 
 

@@ -1,86 +1,40 @@
 """Will the robot touch anything at this configuration: one verdict from all pairs.
 
-A verdict is `clear` only if every pair of part and obstacle was examined, no surface
-meets another, no solid holds another, the certified distance exceeds the margin, and
-no obstacle's unit was guessed. What the numbers leave open is `unknown`.
+A verdict is `clear` only if every pair of part and obstacle was examined, and every
+pair of parts that may not touch; no surface meets another, no solid holds another, the
+certified distance exceeds the margin, and no obstacle's unit was guessed. What the
+numbers leave open is `unknown`.
 """
 
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact import clearance, containment, round_shapes
-from borecheck.contact.decision import Answer, Findings, decide
-from borecheck.contact.margin import NO_MARGIN, SECURITY, Margin, enlarged, margin_for
+from borecheck.contact.decision import (
+    Findings,
+    about_itself,
+    about_obstacles,
+    worse_of,
+)
+from borecheck.contact.examine import examine_itself, examine_obstacles
+from borecheck.contact.margin import NO_MARGIN, SECURITY
+from borecheck.contact.settings import Settings, settings
 from borecheck.contact.verdict import (
     CLEAR,
     CONTACT,
     UNKNOWN,
+    Answer,
     Closest,
-    Containment,
     Verdict,
-    pairs_of,
 )
-from borecheck.geometry.mesh.enlarge import Enlarged
-from borecheck.geometry.surfaces import (
-    Found,
-    Surface,
-    check_pruning,
-    checker_name,
-    contacts,
-    surface,
-)
-from borecheck.geometry.triangles.placing import place_mesh
 from borecheck.plans.corridor import Corridor
-from borecheck.robots.parts import Part
 from borecheck.robots.robot import Robot
-from borecheck.robots.scene import Obstacle, Scene
+from borecheck.robots.scene import Scene
 
 Array = NDArray[np.float64]
-
-WORLD = np.eye(4)
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How a configuration is checked.
-
-    Attributes:
-        checker: The narrowphase, one of `pair_search.CHECKERS`.
-        pruning: none, coal or bvh.
-        margin: Required clearance to the obstacles.
-        link_clearance: Whether to report the clearance of every part.
-    """
-
-    checker: str = "exact"
-    pruning: str = "bvh"
-    margin: Margin = NO_MARGIN
-    link_clearance: bool = False
-
-
-def settings(
-    checker: str = "exact",
-    pruning: str = "bvh",
-    margin: float = 0.0,
-    margin_kind: str | None = None,
-    link_clearance: bool = False,
-) -> Settings:
-    """Settings from names, checked.
-
-    Raises:
-        UnknownNameError: A checker, pruning or margin kind that does not exist.
-        UsageError: A margin that the checker cannot keep.
-    """
-    full = checker_name(checker)
-    return Settings(
-        full,
-        check_pruning(pruning),
-        margin_for(full, margin, margin_kind),
-        link_clearance,
-    )
 
 
 def check(
@@ -135,6 +89,36 @@ def check_with(
     return replace(verdict, seconds=time.perf_counter() - start)
 
 
+@dataclass(frozen=True, eq=False)
+class _Pose:
+    """A configuration, and what is found about both questions while it is examined."""
+
+    robot: Robot
+    scene: Scene
+    q: Array
+    chosen: Settings
+    corridor: Corridor | None
+    placements: dict[str, Array]
+    around: Findings = field(default_factory=Findings)
+    within: Findings = field(default_factory=Findings)
+
+    def examine(self, chosen: Settings) -> None:
+        """Asks every pair of surfaces."""
+        robot, placed = self.robot, self.placements
+        scene, corridor = self.scene, self.corridor
+        examine_obstacles(robot, scene, placed, chosen, corridor, self.around)
+        examine_itself(robot, placed, chosen, self.within)
+
+    def look_inside(self) -> None:
+        """Asks which solid holds another, of surfaces that do not meet."""
+        if not self.around.contacts:
+            self.around.contained += containment.of_obstacles(
+                self.robot, self.scene, self.placements, self.around.punctured
+            )
+        if not self.within.contacts:
+            self.within.contained += containment.of_itself(self.robot, self.placements)
+
+
 def _examined(
     robot: Robot,
     scene: Scene,
@@ -143,31 +127,85 @@ def _examined(
     corridor: Corridor | None,
 ) -> Verdict:
     """The verdict for surfaces as they are, round shapes or not."""
-    placements = robot.placements(q)
-    findings = Findings([], [], [])
-    _examine_obstacles(robot, scene, placements, chosen, corridor, findings)
-    _examine_self(robot, placements, chosen, findings)
-    touching = bool(findings.contacts or findings.self_contacts)
+    pose = _Pose(robot, scene, q, chosen, corridor, robot.placements(q))
+    pose.examine(chosen)
+    pose.look_inside()
     closest, links = None, None
-    if not findings.contacts or chosen.link_clearance:
+    if not pose.around.contacts or chosen.link_clearance:
         closest, links = clearance.to_obstacles(
-            robot, scene, placements, corridor, every_link=chosen.link_clearance
+            robot, scene, pose.placements, corridor, every_link=chosen.link_clearance
         )
-    if not touching:
-        findings.contained += containment.all_contained(
-            robot, scene, placements, findings.punctured
+    if pose.around.held:
+        closest, links = None, _without_held(links, pose.around)
+    obstacles, itself = _answers(pose, closest)
+    return _verdict(pose, obstacles, itself, closest, links)
+
+
+def _answers(pose: _Pose, closest: Closest | None) -> tuple[Answer, Answer]:
+    """What is said about the obstacles, and about the robot itself."""
+    robot, chosen = pose.robot, pose.chosen
+    obstacles = about_obstacles(pose.around, chosen.checker, chosen.margin, closest)
+    unasked = len(robot.unexamined)
+    itself = about_itself(pose.within, len(robot.self_pairs), unasked)
+    if chosen.checker != "exact" and CLEAR in (obstacles.verdict, itself.verdict):
+        obstacles, itself = _asked_again(pose, obstacles, itself)
+    doubt = pose.scene.doubt
+    if obstacles.verdict == CLEAR and doubt is not None:
+        obstacles = replace(
+            obstacles, verdict=UNKNOWN, reason=f"{doubt}; {obstacles.reason}"
         )
-    if any(pair.holds for pair in findings.contained):
-        closest, links = None, _without_held(links, findings)
-    answer = decide(findings, chosen.checker, chosen.margin, closest)
-    if answer.verdict == CLEAR and chosen.checker != "exact":
-        answer = _asked_again(robot, scene, placements, chosen, corridor, answer)
-    if answer.verdict == CLEAR and scene.doubt is not None:
-        answer = Answer(UNKNOWN, f"{scene.doubt}; {answer.reason}", answer.qualifiers)
+    link_of = {part.mesh.name: part.link for part in robot.parts}
+    # parts have numbers where a link has several; an obstacle may be called like one
+    around = {(link_of[part], obstacle) for part, obstacle in obstacles.pairs}
+    within = {(link_of[first], link_of[second]) for first, second in itself.pairs}
+    return (
+        replace(obstacles, pairs=tuple(sorted(around))),
+        replace(itself, pairs=tuple(sorted(within))),
+    )
+
+
+def _asked_again(
+    pose: _Pose, obstacles: Answer, itself: Answer
+) -> tuple[Answer, Answer]:
+    """Answers of another checker than `exact`, after that was asked the same."""
+    margin = pose.chosen.margin
+    margin = NO_MARGIN if margin.kind == SECURITY else margin
+    again = replace(pose, around=Findings(), within=Findings())
+    again.examine(Settings("exact", "bvh", margin))
+    checker = pose.chosen.checker
+    missed = [(p.link, p.obstacle) for p in again.around.contacts]
+    missed += again.around.within_growth
+    own = [(p.link, p.obstacle) for p in again.within.contacts]
+    return _unless(obstacles, missed, checker), _unless(itself, own, checker)
+
+
+def _unless(answer: Answer, missed: list[tuple[str, str]], checker: str) -> Answer:
+    """A `clear` that stays one only if `exact` saw nothing either."""
+    if not missed or answer.verdict != CLEAR:
+        return answer
+    return replace(
+        answer,
+        verdict=UNKNOWN,
+        reason=f"{checker} sees no contact, but exact sees {missed[0][0]} meet "
+        f"{missed[0][1]}; its blind spots are in docs/contact.md",
+    )
+
+
+def _verdict(
+    pose: _Pose,
+    obstacles: Answer,
+    itself: Answer,
+    closest: Closest | None,
+    links: dict[str, float] | None,
+) -> Verdict:
+    robot, chosen, around, within = pose.robot, pose.chosen, pose.around, pose.within
+    whole = worse_of(obstacles, itself)
+    touching = bool(around.contacts or within.contacts)
+    examined = around.examined + within.examined
     return Verdict(
-        verdict=answer.verdict,
-        reason=answer.reason,
-        qualifiers=answer.qualifiers,
+        verdict=whole.verdict,
+        reason=whole.reason,
+        qualifiers=whole.qualifiers,
         checker=chosen.checker,
         checker_verdict=CONTACT if touching else CLEAR,
         pruning="own" if chosen.checker == "coal" else chosen.pruning,
@@ -175,15 +213,18 @@ def _examined(
         margin_kind=chosen.margin.kind,
         clearance_m=_clearance(closest, links),
         closest=closest,
-        contacts=tuple(findings.contacts),
-        self_contacts=tuple(findings.self_contacts),
-        corridor_contacts=findings.corridor_contacts,
-        contained=tuple(findings.contained),
-        not_modelled=(*robot.not_modelled, *scene.not_modelled),
-        pairs_examined=findings.examined,
-        pairs_pruned=findings.total - findings.examined,
+        contacts=tuple(around.contacts),
+        self_contacts=tuple(within.contacts),
+        corridor_contacts=around.corridor_contacts,
+        contained=(*around.contained, *within.contained),
+        not_modelled=(*robot.not_modelled, *pose.scene.not_modelled),
+        pairs_examined=examined,
+        pairs_pruned=around.total + within.total - examined,
         seconds=0.0,
-        q=tuple(float(value) for value in q),
+        q=tuple(float(value) for value in pose.q),
+        obstacles=obstacles,
+        itself=itself,
+        allowed=robot.allowed_contacts,
         link_clearance=links,
     )
 
@@ -194,176 +235,10 @@ def _without_held(
     """Clearances in which a part that holds or is held has none."""
     if links is None:
         return None
-    return {**links, **{c.link: 0.0 for c in findings.contained if c.holds}}
+    return {**links, **{c.link: 0.0 for c in findings.held}}
 
 
 def _clearance(closest: Closest | None, links: dict[str, float] | None) -> float | None:
     if closest is not None:
         return closest.distance
     return min(links.values(), default=None) if links else None
-
-
-def _examine_obstacles(
-    robot: Robot,
-    scene: Scene,
-    placements: dict[str, Array],
-    chosen: Settings,
-    corridor: Corridor | None,
-    findings: Findings,
-) -> None:
-    for part, own, grown in _grown_parts(robot, placements, chosen.margin):
-        T = placements[part.link]
-        for obstacle in scene.obstacles:
-            if corridor is not None and robot.may_enter(part.link, obstacle.role):
-                _examine_puncture(part, T, obstacle, chosen, corridor, findings)
-            else:
-                _examine_pair(part, own, grown, T, obstacle, chosen, findings)
-
-
-def _examine_pair(
-    part: Part,
-    own: Surface,
-    grown: Enlarged | None,
-    T: Array,
-    obstacle: Obstacle,
-    chosen: Settings,
-    findings: Findings,
-) -> None:
-    """A part, grown or not, against an obstacle."""
-    other = surface(obstacle.mesh)
-    security = chosen.margin.size if chosen.margin.kind == SECURITY else 0.0
-    found = contacts(own, T, other, WORLD, chosen.checker, chosen.pruning, security)
-    findings.count(found, own, other)
-    _note(findings, found, np.ones(len(found.pairs), dtype=bool), own, T, other)
-    pairs = found.pairs
-    if grown is not None:
-        if len(pairs) == 0 and containment.lies_in_grown(grown, T, other):
-            findings.within_growth.append((part.mesh.name, obstacle.name))
-        pairs = np.unique(
-            np.column_stack([grown.source[pairs[:, 0]], pairs[:, 1]]), axis=0
-        )
-    findings.contacts += pairs_of(part.mesh.name, obstacle.name, pairs)
-
-
-def _examine_puncture(
-    part: Part,
-    T: Array,
-    obstacle: Obstacle,
-    chosen: Settings,
-    corridor: Corridor,
-    findings: Findings,
-) -> None:
-    """The needle against the patient: what lies in the plan's corridor is meant.
-
-    No margin here: the needle is to touch, and only there.
-    """
-    own, other = surface(part.mesh), surface(obstacle.mesh)
-    placed = place_mesh(T, part.mesh)
-    found = contacts(own, T, other, WORLD, chosen.checker, chosen.pruning)
-    findings.count(found, own, other)
-    meant = corridor.allows(placed, obstacle.mesh, found.pairs)
-    findings.corridor_contacts += int(meant.sum())
-    _note(findings, found, ~meant, own, T, other)
-    pairs = found.pairs[~meant]
-    findings.contacts += pairs_of(part.mesh.name, obstacle.name, pairs)
-    met = found.pairs
-    if (
-        chosen.checker != "exact"
-    ):  # whose word on where the needle goes in is not enough
-        met = contacts(own, T, other, WORLD).pairs
-        meant = corridor.allows(placed, obstacle.mesh, met)
-    if len(met) == 0:
-        return
-    findings.punctured.add((part.mesh.name, obstacle.name))
-    stray = corridor.stray(placed, obstacle.mesh, other.topology)
-    if stray is not None and meant.all():
-        state = "a_in_b" if stray.certain else UNKNOWN
-        findings.contained.append(
-            Containment(
-                part.mesh.name, obstacle.name, obstacle.role, state, stray.reason
-            )
-        )
-
-
-def _examine_self(
-    robot: Robot,
-    placements: dict[str, Array],
-    chosen: Settings,
-    findings: Findings,
-) -> None:
-    for i, j in robot.self_pairs:
-        first, second = robot.parts[i], robot.parts[j]
-        a, b = surface(first.mesh), surface(second.mesh)
-        T_a, T_b = placements[first.link], placements[second.link]
-        found = contacts(a, T_a, b, T_b, chosen.checker, chosen.pruning)
-        findings.count(found, a, b)
-        _note(findings, found, np.ones(len(found.pairs), bool), a, T_a, b, T_b)
-        findings.self_contacts += pairs_of(
-            first.mesh.name, second.mesh.name, found.pairs
-        )
-
-
-def _grown_parts(
-    robot: Robot, placements: dict[str, Array], margin: Margin
-) -> Iterator[tuple[Part, Surface, Enlarged | None]]:
-    """Every part with the surface to examine, and what it grew to if enlarged."""
-    for part in robot.parts:
-        if margin.enlarges:
-            grown = enlarged(part.mesh, margin, placements[part.link][:3, :3])
-            yield part, surface(grown.mesh), grown
-        else:
-            yield part, surface(part.mesh), None
-
-
-def _note(
-    findings: Findings,
-    found: Found,
-    keep: NDArray[np.bool_],
-    a: Surface,
-    T_a: Array,
-    b: Surface,
-    T_b: Array = WORLD,
-) -> None:
-    """Remembers what qualifies the contact: depth, and Coal's tolerance."""
-    pairs = found.pairs[keep]
-    if len(pairs) == 0:
-        return
-    findings.only_tolerance &= bool(found.within_tolerance[keep].all())
-    findings.crossing = findings.crossing or _cross(a, T_a, b, T_b, pairs)
-
-
-def _cross(
-    a: Surface, T_a: Array, b: Surface, T_b: Array, pairs: NDArray[np.int64]
-) -> bool:
-    """Whether an edge of one crosses the inside of the other in any of the pairs."""
-    from borecheck.geometry.triangles.published import paper
-
-    first = place_mesh(T_a, a.mesh).corners[pairs[:, 0]]
-    second = place_mesh(T_b, b.mesh).corners[pairs[:, 1]]
-    return bool(paper(first, second).any() or paper(second, first).any())
-
-
-def _asked_again(
-    robot: Robot,
-    scene: Scene,
-    placements: dict[str, Array],
-    chosen: Settings,
-    corridor: Corridor | None,
-    answer: Answer,
-) -> Answer:
-    """The answer of another checker than `exact`, after that was asked the same."""
-    margin = NO_MARGIN if chosen.margin.kind == SECURITY else chosen.margin
-    judge = Settings("exact", "bvh", margin)
-    seen = Findings([], [], [])
-    _examine_obstacles(robot, scene, placements, judge, corridor, seen)
-    _examine_self(robot, placements, judge, seen)
-    missed = [(pair.link, pair.obstacle) for pair in seen.contacts]
-    missed += [(pair.link, pair.obstacle) for pair in seen.self_contacts]
-    missed += seen.within_growth
-    if not missed:
-        return answer
-    return Answer(
-        UNKNOWN,
-        f"{chosen.checker} sees no contact, but exact sees {missed[0][0]} meet "
-        f"{missed[0][1]}; its blind spots are in docs/contact.md",
-    )

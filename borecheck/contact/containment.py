@@ -17,13 +17,13 @@ from borecheck.robots.scene import Scene
 Array = NDArray[np.float64]
 
 
-def all_contained(
+def of_obstacles(
     robot: Robot,
     scene: Scene,
     placements: dict[str, Array],
     punctured: Collection[tuple[str, str]] = (),
 ) -> list[Containment]:
-    """Pairs of which one holds the other, or for which that cannot be told.
+    """Parts and obstacles of which one holds the other, or of which none can tell.
 
     Surfaces must be known not to meet. Open meshes give `unknown` unless the bounding
     boxes answer for them.
@@ -44,6 +44,12 @@ def all_contained(
             b = surface(obstacle.mesh)
             T, names = placements[part.link], (part.mesh.name, obstacle.name)
             found += _ask(*names, obstacle.role, a, T, b)
+    return found
+
+
+def of_itself(robot: Robot, placements: dict[str, Array]) -> list[Containment]:
+    """As `of_obstacles`, of parts that may not touch each other."""
+    found = []
     for i, j in robot.self_pairs:
         first, second = robot.parts[i], robot.parts[j]
         T_a, T_b = placements[first.link], placements[second.link]

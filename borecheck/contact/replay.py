@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from borecheck.contact.compare import judged
+from borecheck.contact.comparison import judged
 from borecheck.core.result_file import read_result
 from borecheck.errors import InputError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh

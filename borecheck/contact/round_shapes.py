@@ -8,7 +8,8 @@ true of the shapes too. Between the two stands `unknown`, with the width of that
 from collections.abc import Callable
 from dataclasses import replace
 
-from borecheck.contact.verdict import UNKNOWN, Verdict
+from borecheck.contact.decision import worse_of
+from borecheck.contact.verdict import UNKNOWN, Answer, Verdict
 from borecheck.core.once import once_per_pair
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
@@ -19,18 +20,31 @@ def confirmed(
 ) -> Verdict:
     """The verdict for the shapes, from that for the polyhedra round them.
 
+    Obstacles and the robot itself are asked apart: a contact that is sure in one hides
+    none that is not in the other.
+
     Args:
         around: What was found of those.
         robot: The robot.
         scene: The scene.
         examine: Gives the verdict for surfaces as they are, of robot and scene.
     """
-    if not around.contact or is_sure(around, robot, scene):
-        return around
-    shapes = within(robot, scene)
+    unsure = [
+        own
+        for own in (False, True)
+        if _part_of(around, own).contact and not is_sure(around, robot, scene, own)
+    ]
+    shapes = within(robot, scene) if unsure else None
     if shapes is None:
         return around
-    return between(around, examine(*shapes), robot, scene)
+    inside = examine(*shapes)
+    for own in unsure:
+        around = between(around, inside, robot, scene, own)
+    return around
+
+
+def _part_of(verdict: Verdict, own: bool) -> Answer:
+    return verdict.itself if own else verdict.obstacles
 
 
 @once_per_pair
@@ -44,21 +58,30 @@ def within(robot: Robot, scene: Scene) -> tuple[Robot, Scene] | None:
     return replace(robot, parts=parts), replace(scene, obstacles=obstacles)
 
 
-def is_sure(around: Verdict, robot: Robot, scene: Scene) -> bool:
-    """Whether a verdict of contact rests on a pair of which neither is round."""
+def is_sure(around: Verdict, robot: Robot, scene: Scene, own: bool) -> bool:
+    """Whether contact rests on a pair of which neither is round.
+
+    Args:
+        around: The verdict.
+        robot: The robot.
+        scene: The scene.
+        own: Of the robot with itself, not with obstacles.
+    """
     parts = {part.mesh.name: part.mesh.excess for part in robot.parts}
-    obstacles = {o.name: o.mesh.excess for o in scene.obstacles}
-    pairs = [(p.link, p.obstacle, obstacles) for p in around.contacts]
-    pairs += [(p.link, p.obstacle, parts) for p in around.self_contacts]
+    others = parts if own else {o.name: o.mesh.excess for o in scene.obstacles}
+    touching = around.self_contacts if own else around.contacts
+    pairs = [(pair.link, pair.obstacle) for pair in touching]
     pairs += [
-        (c.link, c.obstacle, parts if c.role == "self" else obstacles)
+        (c.link, c.obstacle)
         for c in around.contained
-        if c.state != UNKNOWN
+        if c.state != UNKNOWN and (c.role == "self") == own
     ]
-    return any(parts[a] == others[b] == 0.0 for a, b, others in pairs)
+    return any(parts[a] == others[b] == 0.0 for a, b in pairs)
 
 
-def between(around: Verdict, inside: Verdict, robot: Robot, scene: Scene) -> Verdict:
+def between(
+    around: Verdict, inside: Verdict, robot: Robot, scene: Scene, own: bool
+) -> Verdict:
     """The verdict where polyhedra round the shapes touch.
 
     Args:
@@ -66,30 +89,45 @@ def between(around: Verdict, inside: Verdict, robot: Robot, scene: Scene) -> Ver
         inside: Of the polyhedra within the shapes.
         robot: The robot, with its shapes.
         scene: The scene.
+        own: Whether the robot with itself is meant, or with obstacles.
     """
-    if inside.contact:
+    if _part_of(inside, own).contact:
         return around
+    answer = Answer(UNKNOWN, _reason(around, robot, scene, own))
+    obstacles, itself = around.obstacles, around.itself
     closest = around.closest
-    if closest is None and inside.closest is not None:
-        closest = replace(inside.closest, distance=0.0)
+    if own:
+        itself = answer
+    else:
+        obstacles = answer
+        if closest is None and inside.closest is not None:
+            closest = replace(inside.closest, distance=0.0)
+    whole = worse_of(obstacles, itself)
     return replace(
         around,
-        verdict=UNKNOWN,
-        reason=_reason(around, robot, scene),
-        qualifiers=(),
+        verdict=whole.verdict,
+        reason=whole.reason,
+        qualifiers=whole.qualifiers,
         clearance_m=None if closest is None else closest.distance,
         closest=closest,
-        contacts=(),
-        self_contacts=(),
-        contained=inside.contained,
+        contacts=around.contacts if own else (),
+        self_contacts=() if own else around.self_contacts,
+        contained=tuple(
+            found
+            for verdict, is_own in ((around, not own), (inside, own))
+            for found in verdict.contained
+            if (found.role == "self") == is_own
+        ),
+        obstacles=obstacles,
+        itself=itself,
     )
 
 
-def _reason(around: Verdict, robot: Robot, scene: Scene) -> str:
+def _reason(around: Verdict, robot: Robot, scene: Scene, own: bool) -> str:
     """Which pair, how wide the band is, and whose."""
-    first, second, is_self = _pair(around)
+    first, second = _pair(around, own)
     excess = {part.mesh.name: part.mesh.excess for part in robot.parts}
-    others = excess if is_self else {o.name: o.mesh.excess for o in scene.obstacles}
+    others = excess if own else {o.name: o.mesh.excess for o in scene.obstacles}
     widths = {first: excess[first], second: others[second]}
     known = " and ".join(
         f"{name} is round and known to {1e3 * width:.3f} mm"
@@ -97,20 +135,19 @@ def _reason(around: Verdict, robot: Robot, scene: Scene) -> str:
         if width > 0.0
     )
     more = "apart"
-    if around.margin_m > 0.0 and not is_self:
+    if around.margin_m > 0.0 and not own:
         more = f"more than the margin of {1e3 * around.margin_m:g} mm apart"
     width = excess[first] + others[second]
     return f"{first} and {second}: 0 to {1e3 * width:.3f} mm {more}; {known}"
 
 
-def _pair(around: Verdict) -> tuple[str, str, bool]:
-    """The first pair said to be in contact, and whether both are parts of the robot."""
-    if around.contacts:
-        return around.contacts[0].link, around.contacts[0].obstacle, False
-    if around.self_contacts:
-        return around.self_contacts[0].link, around.self_contacts[0].obstacle, True
-    if around.contained:
-        held = around.contained[0]
-        return held.link, held.obstacle, held.role == "self"
+def _pair(around: Verdict, own: bool) -> tuple[str, str]:
+    """The first pair said to be in contact."""
+    touching = around.self_contacts if own else around.contacts
+    if touching:
+        return touching[0].link, touching[0].obstacle
+    for held in around.contained:
+        if (held.role == "self") == own:
+            return held.link, held.obstacle
     assert around.closest is not None  # what a part grew to holds the obstacle
-    return around.closest.link, around.closest.obstacle, False
+    return around.closest.link, around.closest.obstacle

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.robots.allowed import AllowedPair
+
 CLEAR = "clear"
 CONTACT = "contact"
 UNKNOWN = "unknown"
@@ -117,8 +119,33 @@ class Closest:
 
 
 @dataclass(frozen=True)
+class Answer(AnyVerdict):
+    """What is said of one of two questions: about the obstacles, or the robot itself.
+
+    Attributes:
+        verdict: clear, contact or unknown.
+        reason: One sentence.
+        qualifiers: See `Verdict`.
+        pairs: Links in contact, each with what it touches: an obstacle, or the other
+            link.
+    """
+
+    verdict: str
+    reason: str
+    qualifiers: tuple[str, ...] = ()
+    pairs: tuple[tuple[str, str], ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values for `json.dumps`."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
 class Verdict(AnyVerdict):
     """The answer for one configuration.
+
+    It is the worse of two, which are told apart: that about the obstacles, and that
+    about the robot itself.
 
     Attributes:
         verdict: clear, contact or unknown.
@@ -134,8 +161,6 @@ class Verdict(AnyVerdict):
             where the clearance of every part was asked for. A solid inside another is
             in contact, however far its surface is from the other's.
         closest: Where that is; None where a solid holds another.
-        self_clearance: Nearest parts of the robot that must not touch; None unless
-            asked for.
         contacts: Triangle pairs in contact, robot against obstacles.
         self_contacts: Triangle pairs in contact within the robot.
         corridor_contacts: How many pairs of needle and patient lie in the plan's
@@ -147,6 +172,9 @@ class Verdict(AnyVerdict):
         seconds: Time taken. The first check of a process also loads the kernels, or
             compiles them; `borecheck check` does that before.
         q: Configuration, in the order of the robot's joints.
+        obstacles: Whether the robot touches what stands around it.
+        itself: Whether it touches itself.
+        allowed: Pairs of links that may touch, and were not asked about.
         link_clearance: Clearance of every part to the obstacles, [m], if asked for.
     """
 
@@ -169,6 +197,9 @@ class Verdict(AnyVerdict):
     pairs_pruned: int
     seconds: float
     q: tuple[float, ...]
+    obstacles: Answer
+    itself: Answer
+    allowed: tuple[AllowedPair, ...] = ()
     link_clearance: dict[str, float] | None = None
 
     def to_json(self) -> dict[str, Any]:

@@ -4,14 +4,21 @@ Samples find contact and give curves to look at; `clear` and the least clearance
 from the certified search alone (`motion.search`, `motion.least_clearance`).
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.contact.check import Settings
 from borecheck.contact.margin import OFFSET
-from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, Closest
+from borecheck.contact.settings import Settings
+from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, Answer, Closest, Verdict
+from borecheck.motion.halves import (
+    about_obstacles,
+    answers_of,
+    searched,
+    without_itself,
+)
 from borecheck.motion.least_clearance import Tolerance, least_clearance
 from borecheck.motion.outcome import PathVerdict
 from borecheck.motion.problem import PathProblem
@@ -70,9 +77,18 @@ def check_path(
     turns = None if long_way else open_turns(robot.model, points)
     if turns is not None:
         return held_back(found, turns, _touched(problem, points, turns, found))
+    around, own = searched(problem, points, found)
+    obstacles, itself = answers_of(problem, around, own, link_of(robot))
+    found = replace(found, obstacles=obstacles, itself=itself)
     if not clearance:
         return found
-    return replace(found, least=least_clearance(problem, points, found, tolerance))
+    asked = problem if own is None or own.clear else without_itself(problem)
+    return replace(found, least=least_clearance(asked, points, around, tolerance))
+
+
+def link_of(robot: Robot) -> dict[str, str]:
+    """The link of every part, by the part's name."""
+    return {part.mesh.name: part.link for part in robot.parts}
 
 
 def _touched(
@@ -139,16 +155,24 @@ def check_motion(
     if not (certify and certifiable) or len(points) == 1:
         return seen
     problem = path_problem(robot, scene, chosen.margin.size, corridor)
-    if seen.verdict == CONTACT:
+    if seen.verdict == CONTACT and seen.obstacles.contact:
         return _within_margin(problem, points, scene, seen, tolerance)
+    if seen.verdict == CONTACT:
+        if turns is not None and not long_way:
+            return seen
+        alone = _around(problem, points, seen, tolerance, link_of(robot))
+        return _nearest(scene, alone)
     proof = Proof(problem, points, search(problem, points), corridor)
     if turns is not None and not long_way:
         found = held_back(proof.outcome, turns, None)
         return _certified(replace(proof, outcome=found), seen)
+    around, own = searched(problem, points, proof.outcome)
+    obstacles, itself = answers_of(problem, around, own, link_of(robot))
+    asked = problem if own is None or own.clear else without_itself(problem)
     least = least_clearance(
-        problem, points, proof.outcome, tolerance, [seen.fractions[seen.worst]]
+        asked, points, around, tolerance, [seen.fractions[seen.worst]]
     )
-    found = replace(proof.outcome, least=least)
+    found = replace(proof.outcome, least=least, obstacles=obstacles, itself=itself)
     return _nearest(scene, _certified(replace(proof, outcome=found), seen))
 
 
@@ -173,7 +197,36 @@ def _certified(proof: Proof, seen: MotionVerdict) -> MotionVerdict:
         not_covered=(*seen.not_covered, *left_out(proof.problem)),
         least=outcome.least,
         proof=proof,
+        obstacles=_both(seen.obstacles, outcome.obstacles, seen.poses, "obstacles"),
+        itself=_both(seen.itself, outcome.itself, seen.poses, "itself"),
     )
+
+
+def _both(
+    sampled: Answer, proven: Answer | None, poses: Sequence[Verdict], name: str
+) -> Answer:
+    """What is proven, and clear only where no sample says otherwise."""
+    if proven is None:
+        return sampled
+    clear = all(getattr(pose, name).clear for pose in poses)
+    return proven if clear or not proven.clear else sampled
+
+
+def _around(
+    problem: PathProblem,
+    points: Array,
+    seen: MotionVerdict,
+    tolerance: Tolerance,
+    link_of: Mapping[str, str],
+) -> MotionVerdict:
+    """Samples in which the robot touches only itself: the obstacles are asked alone."""
+    around = without_itself(problem)
+    found = search(around, points)
+    first = [seen.fractions[seen.worst]]
+    least = least_clearance(around, points, found, tolerance, first)
+    proven = about_obstacles(found, link_of)
+    obstacles = _both(seen.obstacles, proven, seen.poses, "obstacles")
+    return replace(seen, least=least, obstacles=obstacles)
 
 
 def _within_margin(

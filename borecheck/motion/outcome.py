@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, AnyVerdict
+from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, Answer, AnyVerdict
 from borecheck.geometry.tree.mesh_tree import NearestPoints
 from borecheck.motion.halving import CERTIFIED, TOUCHED, UNDECIDED
 
@@ -79,6 +79,9 @@ class PathVerdict(AnyVerdict):
         counts: Pairs examined, pieces of time tried, poses judged exactly.
         least: The certified least clearance to the obstacles; None in contact, where
             none could be shown, and where it was not asked for.
+        obstacles: Whether the robot touches what stands around it; None of a motion
+            whose way is not known.
+        itself: Whether it touches itself; None likewise.
     """
 
     verdict: str
@@ -90,6 +93,8 @@ class PathVerdict(AnyVerdict):
     worst: float | None
     counts: dict[str, int] = field(default_factory=dict)
     least: LeastClearance | None = None
+    obstacles: Answer | None = None
+    itself: Answer | None = None
 
     @property
     def clearance_m(self) -> float | None:

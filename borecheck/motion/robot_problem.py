@@ -62,8 +62,8 @@ def _problem(
 
 
 def _allowed(robot: Robot) -> tuple[tuple[int, int, str], ...]:
-    """Pairs of parts whose links may touch by the robot's description."""
-    reasons = {frozenset((a, b)): reason for a, b, reason in robot.allowed_contacts}
+    """Pairs of parts whose links may touch, with reason and source."""
+    reasons = {p.links: f"{p.reason} ({p.source})" for p in robot.allowed_contacts}
     links = [part.link for part in robot.parts]
     return tuple(
         (i, j, reasons[frozenset((links[i], links[j]))])

@@ -11,16 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.contact.check import Settings, check_with
+from borecheck.contact.check import check_with
+from borecheck.contact.settings import Settings
 from borecheck.contact.verdict import (
     CLEAR,
     CONTACT,
     UNKNOWN,
+    Answer,
     AnyVerdict,
     Closest,
     Verdict,
 )
 from borecheck.errors import JointLimitError, UsageError
+from borecheck.motion.halves import of_samples
 from borecheck.motion.outcome import LeastClearance, PathVerdict
 from borecheck.motion.problem import PathProblem
 from borecheck.motion.turns import OpenTurns
@@ -89,6 +92,8 @@ class MotionVerdict(AnyVerdict):
             name.
         closest: Robot and obstacle at the instant `least.at`.
         proof: What the certified search was asked and said; None if it was not asked.
+        obstacles: Whether the robot touches what stands around it.
+        itself: Whether it touches itself.
     """
 
     verdict: str
@@ -102,6 +107,8 @@ class MotionVerdict(AnyVerdict):
     first_contact: float | None
     worst: int
     waypoints: tuple[tuple[float, ...], ...]
+    obstacles: Answer
+    itself: Answer
     not_covered: tuple[str, ...] = ()
     least: LeastClearance | None = None
     closest: Closest | None = None
@@ -233,6 +240,11 @@ def _sampled(
         if doubt is not None and not own:
             reason = doubt
         qualifiers = poses[open_pose].qualifiers
+    way = [
+        turns.reason if turns is not None and turns.hold(fraction) else ""
+        for fraction in fractions
+    ]
+    obstacles, itself = of_samples(fractions.tolist(), poses, way)
     return MotionVerdict(
         verdict=verdict,
         reason=reason,
@@ -245,6 +257,8 @@ def _sampled(
         first_contact=float(fractions[in_contact[0]]) if in_contact else None,
         worst=worst,
         waypoints=tuple(tuple(float(v) for v in q) for q in points),
+        obstacles=obstacles,
+        itself=itself,
     )
 
 

@@ -60,6 +60,7 @@ def robot_block(robot: "Robot") -> dict[str, Any]:
         "level": robot.level,
         "file": str(robot.file),
         "urdf_sha256": sha256(robot.urdf_text.encode()).hexdigest(),
+        "srdf": _srdf(robot),
         "T_scene_root": robot.T_scene_root.tolist(),
         "joints": [
             {
@@ -81,6 +82,36 @@ def robot_block(robot: "Robot") -> dict[str, Any]:
             for part in robot.parts
         ],
         "warnings": list(robot.warnings),
+    }
+
+
+def _srdf(robot: "Robot") -> dict[str, Any] | None:
+    """The SRDF that was read, if any."""
+    if robot.allowances.srdf is None:
+        return None
+    return {
+        "file": str(robot.allowances.srdf),
+        "sha256": robot.srdf_sha256,
+        "trust_never": robot.allowances.trust_never,
+    }
+
+
+def allowed_block(robot: "Robot", itself: Mapping[str, Any]) -> dict[str, Any]:
+    """Pairs of links that may touch, and how to allow those that do.
+
+    Args:
+        robot: The robot.
+        itself: What was found about it.
+    """
+    from borecheck.robots.allowed import hints
+
+    unexamined = {pair.links for pair in robot.unexamined}
+    return {
+        "allowed": [
+            {**asdict(pair), "skips_check": pair.links in unexamined}
+            for pair in robot.allowed_contacts
+        ],
+        "hints": hints(robot.file, robot.allowances, itself.get("pairs", ())),
     }
 
 
@@ -111,6 +142,7 @@ def scene_block(scene: "Scene") -> dict[str, Any]:
 def verdict_block(verdict: "Verdict", joint_names: Sequence[str]) -> dict[str, Any]:
     """One configuration's answer, q by joint name."""
     block = verdict.to_json()
+    del block["allowed"]  # they are the robot's, at every pose
     block["q"] = dict(zip(joint_names, verdict.q, strict=True))
     return block
 
@@ -129,6 +161,8 @@ def motion_block(motion: "MotionVerdict", joint_names: Sequence[str]) -> dict[st
         "verdict": motion.verdict,
         "reason": motion.reason,
         "qualifiers": list(motion.qualifiers),
+        "obstacles": motion.obstacles.to_json(),
+        "itself": motion.itself.to_json(),
         "not_modelled": [*worst["not_modelled"], *motion.not_covered],
         "pairs_examined": sum(pose["pairs_examined"] for pose in poses),
         "pairs_pruned": sum(pose["pairs_pruned"] for pose in poses),

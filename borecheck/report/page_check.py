@@ -5,6 +5,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from borecheck.report.allowed_words import half_lines, named
 from borecheck.report.checked_words import bodies
 from borecheck.report.figures import clearance_plot
 from borecheck.report.motion_words import motion_lines
@@ -45,6 +46,9 @@ def views(document: Mapping[str, Any]) -> dict[str, Any]:
             *document["scene"]["warnings"],
             *document.get("checked", {}).get("warnings", ()),
         ],
+        "halves": list(half_lines(document)),
+        "allowed": [named(pair) for pair in document.get("allowed", ())],
+        "hints": document.get("hints", ()),
         "surfaces": len(document["scene"]["obstacles"]),
         "parts": len(document["robot"]["parts"]),
     }
@@ -77,7 +81,7 @@ def _motion(
         "clearance": _least(block) if reachable else None,
         "least": (path or {}).get("least"),
         "at": _instant(block) if reachable else None,
-        "said": motion_lines(block) if path else [],
+        "said": [*half_lines(block), *(motion_lines(block) if path else [])],
         "links": _links(poses) if reachable else [],
         "touching": _touching(poses[worst]) if reachable else [],
         "margin": document["margin_m"],
@@ -94,7 +98,8 @@ def _worst_pose(path: Mapping[str, Any]) -> int:
 
 def _least(block: Mapping[str, Any]) -> float | None:
     """Of a motion the certified least clearance; 0 in contact, None if not known."""
-    if any(c["state"] != "unknown" for c in block["contained"]):
+    held = (c for c in block["contained"] if c.get("role") != "self")
+    if any(c["state"] != "unknown" for c in held):
         return 0.0  # a solid holds another, however far apart their surfaces are
     source = block if "path" not in block else block["path"].get("least") or {}
     least: float | None = source.get("clearance_m")

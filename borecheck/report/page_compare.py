@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from borecheck.contact.causes import signed_determinants
+from borecheck.report.allowed_words import named
 from borecheck.report.figures_pair import two_triangles
 from borecheck.report.pictures import pictures_at
 
@@ -43,6 +44,8 @@ def views(document: Mapping[str, Any]) -> dict[str, Any]:
         ),
         "unexplained": sum(d["cause"] is None for d in found),
         "pictures": _pictures(document, found),
+        "allowed": [named(pair) for pair in document.get("allowed", ())],
+        "hints": document.get("hints", ()),
     }
 
 

@@ -4,42 +4,57 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from borecheck.report.blocks import Block, Table
+from borecheck.report.allowed_words import (
+    MARKS,
+    allowed_lines,
+    half_lines,
+    hint_lines,
+)
 from borecheck.report.checked_words import lines as checked_lines
 from borecheck.report.motion_words import at_least, motion_lines
 from borecheck.report.probability_words import cells as probability_cells
 from borecheck.report.probability_words import lines as probability_lines
 
-MARKS = {"clear": "CLEAR", "contact": "CONTACT", "unknown": "UNKNOWN"}
-
 # As many contact pairs as fit on a screen; the JSON holds all of them.
 SHOWN = 10
 
 
-def check_text(document: Mapping[str, Any]) -> list[Block]:
-    """The result of `check` in words: what was checked, then the verdict."""
+def check_text(document: Mapping[str, Any], *, explain: bool = False) -> list[Block]:
+    """The result of `check` in words: what was checked, then the verdict.
+
+    Args:
+        document: The result.
+        explain: Whether to list what is else summed up.
+    """
     if "plans" in document:
-        return _plans_text(document)
+        return _plans_text(document, explain)
     lines: list[Block] = [*checked_lines(document), *_verdict_lines(document)]
     lines += probability_lines(document)
+    lines += allowed_lines(document, explain)
     lines += _warning_lines(document)
     lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
     return lines
 
 
-def _plans_text(document: Mapping[str, Any]) -> list[Block]:
+def _plans_text(document: Mapping[str, Any], explain: bool) -> list[Block]:
     """All plans, the worst of them first in words; a row for each."""
     asked = any("uncertainty" in plan for plan in document["plans"])
     likely = ("probability of contact", "risk") if asked else ()
+    # what the robot does to itself hides nothing of the obstacles
+    halves = [plan.get("obstacles", plan)["verdict"] for plan in document["plans"]]
+    differ = halves != [plan["verdict"] for plan in document["plans"]]
+    apart = ("obstacles",) if differ else ()
     rows: list[tuple[str, ...]] = [
-        ("plan", "verdict", "least clearance", *likely, "reason")
+        ("plan", "verdict", *apart, "least clearance", *likely, "reason")
     ]
-    for plan in document["plans"]:
+    for plan, half in zip(document["plans"], halves, strict=True):
         least = plan.get("clearance_m")
         touches = plan["verdict"] == "contact" and least is None
         rows.append(
             (
                 plan["name"],
                 MARKS[plan["verdict"]],
+                *([MARKS[half]] if differ else ()),
                 "none" if touches else at_least(least),
                 *(probability_cells(plan) if asked else ()),
                 plan["reason"],
@@ -47,6 +62,7 @@ def _plans_text(document: Mapping[str, Any]) -> list[Block]:
         )
     lines: list[Block] = [*checked_lines(document)]
     lines += [f"{MARKS[document['verdict']]}: {document['reason']}"]
+    lines += [f"  {line}" for line in half_lines(document)]
     if "each_plan" in document:
         lines += [
             f"each plan is one motion: {document['each_plan']}",
@@ -54,6 +70,7 @@ def _plans_text(document: Mapping[str, Any]) -> list[Block]:
             "does not count where the plan has it",
         ]
     lines += ["", Table(rows), "", *_certificate_table(document)]
+    lines += allowed_lines(document, explain)
     lines += _warning_lines(document)
     lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
     return lines
@@ -63,6 +80,7 @@ def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
     qualifiers = ", ".join(document["qualifiers"])
     mark = MARKS[document["verdict"]] + (f" ({qualifiers})" if qualifiers else "")
     lines = [f"{mark}: {document['reason']}"]
+    lines += [f"  {line}" for line in half_lines(document)]
     if document["closest"] is not None and "path" not in document:
         closest = document["closest"]
         within = document["self_contacts"] or document["contained"]
@@ -133,18 +151,31 @@ def _contact_lines(document: Mapping[str, Any]) -> list[str]:
 def _warning_lines(document: Mapping[str, Any]) -> list[str]:
     warnings = [*document["robot"]["warnings"], *document["scene"]["warnings"]]
     warnings += document.get("checked", {}).get("warnings", ())
-    return [f"warning: {warning}" for warning in warnings]
+    return [*(f"warning: {warning}" for warning in warnings), *hint_lines(document)]
 
 
-def compare_text(document: Mapping[str, Any]) -> list[Block]:
+def compare_text(document: Mapping[str, Any], *, explain: bool = False) -> list[Block]:
     """The result of `compare` in words: a row per checker, then the causes."""
     poses = len(document["poses"])
-    rows = [("checker", "poses in contact", "triangle pairs", "examined", "seconds")]
-    for name, summary in document["checkers"].items():
+    summaries = document["checkers"]
+    # only where the robot touches itself are these fewer
+    apart = any(
+        summary.get("obstacle_poses", summary["contact_poses"])
+        != summary["contact_poses"]
+        for summary in summaries.values()
+    )
+    with_obstacles = ("with obstacles",) if apart else ()
+    rows: list[tuple[str, ...]] = [
+        ("checker", "poses in contact", *with_obstacles)
+        + ("triangle pairs", "examined", "seconds")
+    ]
+    for name, summary in summaries.items():
+        around = len(summary.get("obstacle_poses", ()))
         rows.append(
             (
                 name,
                 f"{len(summary['contact_poses'])} of {poses}",
+                *((f"{around} of {poses}",) if apart else ()),
                 f"{summary['triangle_pairs']:,}",
                 f"{summary['pairs_examined']:,}",
                 f"{summary['seconds']:.3f}",
@@ -157,6 +188,7 @@ def compare_text(document: Mapping[str, Any]) -> list[Block]:
     if hidden:
         lines.append(f"seen by containment only: {len(hidden)} times")
         lines += [f"  {text}" for text in hidden[:SHOWN]]
+    lines += allowed_lines(document, explain)
     lines += _warning_lines(document)
     return lines
 

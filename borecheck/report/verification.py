@@ -20,6 +20,7 @@ def verification_block(file: str, answer: Verification) -> dict[str, Any]:
         "intervals": answer.intervals,
         "pairs": answer.pairs,
         "not_covered": [list(pair) for pair in answer.not_covered],
+        "allowed": list(answer.allowed),
         "neighbours": [list(pair) for pair in answer.neighbours],
         "passages": list(answer.passages),
         "not_known": list(answer.not_known),
@@ -43,6 +44,7 @@ def verification_document(blocks: Sequence[Mapping[str, Any]]) -> dict[str, Any]
         "pairs": sum(block["pairs"] for block in blocks),
         "not_covered": [pair for block in blocks for pair in block["not_covered"]],
         "passages": [text for block in blocks for text in block["passages"]],
+        "allowed": [text for block in blocks for text in block["allowed"]],
         "certificates": list(blocks),
     }
 
@@ -77,7 +79,7 @@ def _one(block: Mapping[str, Any], named: str) -> Iterator[str]:
     yield f"ACCEPTED{named}: {checked}, {'bound to files' if bound else 'by itself'}"
     yield from (f"  {line}" for line in _subject_lines(block))
     yield from (f"  allowed: {passage}" for passage in block["passages"])
-    yield from (f"  not covered: {a} against {b}" for a, b in block["not_covered"])
+    yield from (f"  may touch, not covered: {pair}" for pair in block["allowed"])
     count = len(block["neighbours"])
     yield f"  not asked: {count} pairs of parts, neighbours in the chain or one body"
     yield f"  bound to: {bound}" if bound else "  not bound to any file"

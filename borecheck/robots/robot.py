@@ -1,7 +1,7 @@
 """A robot ready to be checked: description, model, geometry, and who may touch whom."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -10,15 +10,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.core.se3 import check_transform, inverse
 from borecheck.core.units import check_near
-from borecheck.errors import UnknownNameError
+from borecheck.robots.allowed import (
+    NONE,
+    Allowances,
+    AllowedPair,
+    Request,
+    allowances_of,
+    unasked,
+)
 from borecheck.robots.description import (
-    Description,
     RobotDescription,
     installed,
     installed_names,
 )
-from borecheck.robots.generated_meshes import mesh_folder
+from borecheck.robots.from_description import build_installed, complete_arguments
 from borecheck.robots.model import RobotModel
+from borecheck.robots.neighbours import Joined
 from borecheck.robots.parts import (
     AS_DRAWN,
     Part,
@@ -30,7 +37,6 @@ from borecheck.robots.parts import (
 from borecheck.robots.robot_file import read_urdf, robot_path
 from borecheck.robots.unseen import unseen
 from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
-from borecheck.robots.urdf.xacro.cache import expanded_text
 
 Array = NDArray[np.float64]
 
@@ -56,9 +62,11 @@ class Robot:
         model: Names, limits, placements.
         parts: Collision geometry, in each link's frame.
         T_scene_root: Placement of the root link in the scanner's frame.
-        allowed_contacts: Pairs of links that may touch, with the reason.
+        allowed_contacts: Pairs of links that may touch, with reason and source.
         warnings: What the user should know about how it was read.
         roots: Where files it names may lie beside its own folder tree.
+        allowances: What the user gave of pairs that may touch.
+        srdf_sha256: Hash of the SRDF among them.
     """
 
     name: str
@@ -70,9 +78,11 @@ class Robot:
     model: RobotModel
     parts: tuple[Part, ...]
     T_scene_root: Array
-    allowed_contacts: tuple[tuple[str, str, str], ...]
+    allowed_contacts: tuple[AllowedPair, ...]
     warnings: tuple[str, ...]
     roots: Roots = NO_ROOTS
+    allowances: Allowances = NONE
+    srdf_sha256: str | None = None
 
     @cached_property
     def home(self) -> Array:
@@ -88,7 +98,7 @@ class Robot:
         bare = links_without_collision(self.model.tree)
         named = tuple(f"{link}: {AS_DRAWN}" for link in bare)
         seen = unseen(self.model.tree, self.parts, self.file, self.roots)
-        return (*known, *named, *seen, *NEVER_MODELLED)
+        return (*known, *named, *seen, *unasked(self.unexamined), *NEVER_MODELLED)
 
     @cached_property
     def self_pairs(self) -> tuple[tuple[int, int], ...]:
@@ -97,19 +107,52 @@ class Robot:
         Left out are parts of one rigid body, of neighbours in the chain (no body with
         geometry between them), and of links listed in `allowed_contacts`.
         """
-        body = _rigid_bodies(self.model)
-        with_geometry = {body[part.link] for part in self.parts}
-        neighbours = _neighbours(self.model, body, with_geometry)
-        allowed = {frozenset(pair[:2]) for pair in self.allowed_contacts}
+        allowed = {pair.links for pair in self.allowed_contacts}
         return tuple(
             (i, j)
             for i in range(len(self.parts))
             for j in range(i + 1, len(self.parts))
-            if (a := self.parts[i].link) != (b := self.parts[j].link)
-            and body[a] != body[b]
-            and frozenset((body[a], body[b])) not in neighbours
-            and frozenset((a, b)) not in allowed
+            if (pair := frozenset((self.parts[i].link, self.parts[j].link)))
+            not in allowed
+            and not self._joined.holds(pair)
         )
+
+    @cached_property
+    def unexamined(self) -> tuple[AllowedPair, ...]:
+        """Allowed pairs that would be examined if they were not allowed.
+
+        The others are neighbours, of one rigid body, or have no geometry.
+        """
+        shaped = {part.link for part in self.parts}
+        return tuple(
+            pair
+            for pair in self.allowed_contacts
+            if pair.links <= shaped and not self._joined.holds(pair.links)
+        )
+
+    @cached_property
+    def _joined(self) -> Joined:
+        return Joined(self.model, {part.link for part in self.parts})
+
+    def allowing(self, allowances: Allowances) -> "Robot":
+        """The same robot, in which these pairs may touch as well.
+
+        Raises:
+            UrdfError, UsageError: See `Allowances.of`.
+        """
+        if allowances == NONE:
+            return self
+        found = allowances.of(self.model.link_names, self.roots)
+        own = {pair.links for pair in self.allowed_contacts}
+        more = [pair for pair in found.pairs if pair.links not in own]
+        robot = replace(
+            self,
+            allowed_contacts=(*self.allowed_contacts, *more),
+            allowances=allowances,
+            srdf_sha256=found.srdf_sha256,
+        )
+        odd = tuple(pair.odd for pair in robot.unexamined if pair.says_adjacent)
+        return replace(robot, warnings=(*self.warnings, *found.notes, *odd))
 
     @cached_property
     def T_scene_base(self) -> Array:
@@ -140,6 +183,9 @@ def load_robot(
     base: ArrayLike | None = None,
     package_paths: Sequence[Path] = (),
     allow_outside: bool = False,
+    srdf: str | Path | None = None,
+    allow: Sequence[Request] = (),
+    trust_never: bool = False,
     **arguments: str,
 ) -> Robot:
     """A robot by its installed name or from a URDF or xacro file.
@@ -152,16 +198,22 @@ def load_robot(
         package_paths: Roots for `package://` and `$(find ...)`.
         allow_outside: Whether the file may read files beyond its own folder tree and
             the roots.
+        srdf: A file that says which links may touch each other.
+        allow: Further pairs of links that may: `"finger:palm"`, or two names each.
+        trust_never: Whether to take the SRDF's pairs that rest on statistics
+            ("Never"), or on no reason that is known.
         **arguments: xacro arguments by name, for example mount="+90".
 
     Raises:
         UnknownNameError: No such robot, argument or level.
         UrdfError: The file describes no robot.
         MeshError: A mesh is missing or damaged.
-        UsageError: A base that is metres away, as millimetres taken for metres are.
+        UsageError: A base that is metres away, as millimetres taken for metres are; a
+            pair that is not of two links.
     """
     roots = Roots(tuple(map(Path, package_paths)), allow_outside)
-    return robot_with(name, arguments, level, base, roots)
+    allowances = allowances_of(srdf, allow, trust_never)
+    return robot_with(name, arguments, level, base, roots).allowing(allowances)
 
 
 def robot_with(
@@ -224,39 +276,13 @@ def _load_installed(
         model=model,
         parts=collision_parts(model.tree, description.xacro, ANYWHERE),
         T_scene_root=_placed_by_base_frame(model, description.base_frame, base),
-        allowed_contacts=description.allowed_contacts,
+        allowed_contacts=tuple(
+            AllowedPair(*pair, f"description of {name}")
+            for pair in description.allowed_contacts
+        ),
         warnings=(),
         roots=ANYWHERE,
     )
-
-
-def complete_arguments(
-    description: Description, given: Mapping[str, str]
-) -> dict[str, str]:
-    """All xacro arguments: the given ones checked, defaults for the others.
-
-    Raises:
-        UnknownNameError: An argument the description does not have.
-        UsageError: A value that is no choice or no quantity.
-    """
-    complete = {name: a.default for name, a in description.arguments.items()}
-    for name, text in given.items():
-        if name not in description.arguments:
-            raise UnknownNameError("argument", name, description.arguments)
-        complete[name] = description.arguments[name].value(name, str(text))
-    return complete
-
-
-def build_installed(
-    description: Description, level: str, arguments: Mapping[str, str]
-) -> tuple[RobotModel, str]:
-    """Model and URDF text of an installed description with meshes of that level."""
-    folder = mesh_folder(description, level, arguments)
-    complete = dict(arguments)
-    if folder is not None:
-        complete["mesh_dir"] = str(folder)
-    text = expanded_text(description.xacro, complete)
-    return RobotModel(text, str(description.xacro)), text
 
 
 def _placed_by_base_frame(
@@ -274,34 +300,3 @@ def _checked_base(base: ArrayLike | None) -> Array:
     if base is None:
         return np.eye(4)
     return check_near(check_transform(base, "base"), "base")
-
-
-def _rigid_bodies(model: RobotModel) -> dict[str, str]:
-    """For every link the topmost link it is fixed to."""
-    fixed_to = {j.child: j.parent for j in model.tree.joints if j.type == "fixed"}
-    bodies = {}
-    for link in model.link_names:
-        top = link
-        while top in fixed_to:
-            top = fixed_to[top]
-        bodies[link] = top
-    return bodies
-
-
-def _neighbours(
-    model: RobotModel, body: Mapping[str, str], with_geometry: set[str]
-) -> set[frozenset[str]]:
-    """Pairs of bodies with no other body with geometry between them in the chain."""
-    parent = {
-        body[joint.child]: body[joint.parent]
-        for joint in model.tree.joints
-        if joint.type != "fixed"
-    }
-    pairs = set()
-    for start in with_geometry:
-        above = parent.get(start)
-        while above is not None and above not in with_geometry:
-            above = parent.get(above)
-        if above is not None:
-            pairs.add(frozenset((start, above)))
-    return pairs

@@ -17,6 +17,7 @@ from borecheck.robots.description import (
     installed,
     installed_names,
 )
+from borecheck.robots.from_description import build_installed, complete_arguments
 from borecheck.robots.model import RobotModel
 from borecheck.robots.obstacle_files import (
     REFERENCE_SIZE,
@@ -26,7 +27,6 @@ from borecheck.robots.obstacle_files import (
     read_obstacle,
 )
 from borecheck.robots.parts import AS_DRAWN, collision_parts, links_without_collision
-from borecheck.robots.robot import build_installed, complete_arguments
 from borecheck.robots.robot_file import exists, refuse_robot
 from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
 

@@ -17,10 +17,11 @@ from borecheck.core.once import once_per_record
 from borecheck.core.se3 import axis_rotation
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.robots.from_description import complete_arguments
 from borecheck.robots.kinematics.chain import JointChain
 from borecheck.robots.kinematics.robot_chain import chain_of
 from borecheck.robots.model import RobotModel
-from borecheck.robots.robot import Robot, complete_arguments, robot_with
+from borecheck.robots.robot import Robot, robot_with
 from borecheck.robots.robot_file import read_urdf
 from borecheck.robots.urdf.reach import ANYWHERE
 from borecheck.uncertainty.covariance import Block

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from borecheck.verify.fields import text
 from borecheck.verify.reading import Arrays
 from borecheck.verify.statement import Statement
 
@@ -130,7 +131,11 @@ def _pairs(document: Mapping[str, Any], content: Mapping[str, Any]) -> Iterator[
         for pair in sorted(found.keys() ^ asked.keys(), key=sorted):
             both = " and ".join(names[i] for i in sorted(pair) if i < len(names))
             says = "states" if pair in found else "lacks"
-            yield f"{both}: it {says} them under {kind}"
+            more = ""
+            if kind == "allowed" and pair in found:
+                why = text(found[pair]["reason"], "reason")
+                more = f" ({why}): if they may touch, give --srdf or --allow, too"
+            yield f"{both}: it {says} them under {kind}{more}"
         for pair in sorted(found.keys() & asked.keys(), key=sorted):
             both = " and ".join(names[i] for i in sorted(pair) if i < len(names))
             what = "margin" if kind == "pairs" else "corridor"

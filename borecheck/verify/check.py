@@ -85,10 +85,12 @@ def _verified(
     if expect is None:
         return Claims(statement).run()
     expected = expect(document)
+    content = expected.content
     different = differences(statement, expected)
     if different:
         return Verification(
             False, different, bound_to=expected.what, not_known=expected.not_known
         )
-    found = Claims(statement, allows=True).run()
+    reasons = {(r["first"], r["second"]): r["reason"] for r in content["allowed"]}
+    found = Claims(statement, reasons).run()
     return replace(found, bound_to=expected.what, not_known=expected.not_known)

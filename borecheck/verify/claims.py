@@ -4,8 +4,9 @@ First what is missing or contradicts itself; then placements, displacements, dis
 and insides are derived once more.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,14 +34,24 @@ MOST_PROBLEMS = 20
 
 
 class Claims:
-    """Every statement of a certificate asked again."""
+    """Every statement of a certificate asked again.
 
-    def __init__(self, statement: Statement, *, allows: bool = False) -> None:
+    Args:
+        statement: What it states.
+        allowed: Pairs that may touch, with the reason: by files that were read, not by
+            the certificate's word.
+    """
+
+    def __init__(
+        self,
+        statement: Statement,
+        allowed: Mapping[tuple[int, int], str] = MappingProxyType({}),
+    ) -> None:
         self.stated = statement
         self.chain = statement.chain
         self.bodies = statement.bodies
-        # pairs that may touch by files that were read, not by the certificate's word
-        self.allowed = set(statement.allowed) if allows else set()
+        self.reasons = allowed
+        self.allowed = set(allowed)
         self.required = self._required()
         self.checked = 0
 
@@ -61,7 +72,14 @@ class Claims:
             self._names(self.allowed & self.required),
             tuple(self._limits_of(passage) for passage in corridors),
             self._names(self._all_within() - self.required),
+            tuple(self._may_touch()),
         )
+
+    def _may_touch(self) -> Iterator[str]:
+        """Every pair that was not asked because it may touch, and why it may."""
+        for i, j in sorted(self.allowed & self.required):
+            a, b = self.bodies[i].name, self.bodies[j].name
+            yield f"{a} and {b}: {self.reasons[i, j]}"
 
     def _asked(self, ask: Callable[[Claim], None], one: Claim) -> Iterator[str]:
         try:
@@ -105,7 +123,11 @@ class Claims:
         for i, j in sorted(self.required - found - self.allowed):
             reason = ""
             if (i, j) in self.stated.allowed:
-                reason = " (that they may touch is its writer's word: give --robot)"
+                why = self.stated.allowed[i, j]
+                reason = (
+                    f"; that they may touch is its writer's word ({why}): give --robot "
+                    "and what allows it, --srdf or --allow"
+                )
             a, b = self.bodies[i].name, self.bodies[j].name
             yield f"{a} and {b}: not examined{reason}"
 

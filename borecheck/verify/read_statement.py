@@ -229,12 +229,14 @@ def _intervals(fields: Mapping[str, Any], name: str, columns: list[str]) -> Arra
 
 
 def _allowed(value: Any, parts: int) -> dict[tuple[int, int], str]:
-    found = {}
+    found: dict[tuple[int, int], str] = {}
     for k, item in enumerate(listed(value, "allowed", MOST_PAIRS)):
         name = f"allowed pair {k}"
         fields = record(item, name, ("first", "second", "reason"))
         second = whole(fields["second"], f"{name}: second", 1, parts - 1)
         first = whole(fields["first"], f"{name}: first", 0, second - 1)
+        if (first, second) in found:
+            raise Rejected(f"{name}: stated twice")
         found[first, second] = text(fields["reason"], f"{name}: reason")
     return found
 

@@ -22,8 +22,10 @@ class Verification:
             show them with `core.text.printable`.
         intervals: How many intervals were checked.
         pairs: How many pairs of surfaces.
-        not_covered: Pairs of parts that the robot's own files let touch; they were not
-            asked, which only a bound check accepts.
+        not_covered: Pairs of parts that were not asked because they may touch by the
+            files and options that were given, which only a bound check accepts.
+        allowed: The same with the reason, one sentence each; it is that of the files
+            given, not the certificate's.
         passages: Pairs that may touch, and the corridor stated for each.
         neighbours: Pairs of parts that were not asked: neighbours in the chain, or
             parts of one rigid body.
@@ -40,6 +42,7 @@ class Verification:
     not_covered: tuple[tuple[str, str], ...] = ()
     passages: tuple[str, ...] = ()
     neighbours: tuple[tuple[str, str], ...] = ()
+    allowed: tuple[str, ...] = ()
     bound_to: str | None = None
     not_known: tuple[str, ...] = NOT_KNOWN
     could_not_run: bool = False

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.contact import clearance
-from borecheck.contact.check import Settings, check_with, settings
+from borecheck.contact.check import check_with
+from borecheck.contact.settings import Settings, settings
 from borecheck.contact.verdict import CONTACT, Closest, Verdict
 from borecheck.motion.samples import configurations_at
 from borecheck.plans.corridor import Corridor
@@ -118,7 +119,7 @@ class Session:
             q,
             self.robot.placements(q),
             verdict.verdict,
-            verdict.reason,
+            _reason(verdict),
             verdict.closest,
             _touching(verdict),
         )
@@ -147,7 +148,7 @@ class Session:
             allow_outside=self.robot.roots.allow_outside,
             **arguments,
         )
-        return replace(self, robot=robot)
+        return replace(self, robot=robot.allowing(self.robot.allowances))
 
     def with_patient(self, file: str) -> "Session":
         """The session with a patient's surface instead of the one that was there.
@@ -208,6 +209,7 @@ class Session:
         from borecheck.contact.checked import checked
         from borecheck.motion.check import check_motion
         from borecheck.report.document import (
+            allowed_block,
             header,
             motion_block,
             robot_block,
@@ -232,7 +234,8 @@ class Session:
         }
         if not self.follows_plans:
             verdict = check_with(self.robot, self.scene, q, chosen)
-            return document | verdict_block(verdict, names)
+            pose = verdict_block(verdict, names)
+            return document | pose | allowed_block(self.robot, pose["itself"])
         motion = self.motion()
         answer = check_motion(
             self.robot,
@@ -249,7 +252,16 @@ class Session:
             "target": self.plan.target.tolist(),
             "reachable": True,
         }
+        document |= allowed_block(self.robot, block["itself"])
         return document | block | {"plans": [{**plan, **block}]}
+
+
+def _reason(verdict: Verdict) -> str:
+    """The reason; what the robot does to itself hides nothing of the obstacles."""
+    if verdict.itself.clear:
+        return verdict.reason
+    obstacles = f"obstacles: {verdict.obstacles.verdict}, {verdict.obstacles.reason}"
+    return f"itself: {verdict.itself.reason}; {obstacles}"
 
 
 def _touching(verdict: Verdict) -> frozenset[str]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import borecheck as bc
-from borecheck.contact.check import settings
+from borecheck.contact.settings import settings
 from borecheck.errors import UsageError
 from borecheck.motion.check import check_motion
 from borecheck.plans.corridor import Corridor

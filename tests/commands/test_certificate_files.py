@@ -322,16 +322,16 @@ def test_an_interrupted_write_keeps_what_is_written(capsys, monkeypatch, tmp_pat
 
 
 def test_plans_that_were_not_checked_are_named(capsys, monkeypatch, tmp_path):
-    from borecheck.commands import check as command
+    from borecheck.commands import answers
 
-    real = command._one_plan
+    real = answers._one_plan
 
     def second_is_interrupted(*words):
         if words[-1].name != "vertical":
             raise KeyboardInterrupt
         return real(*words)
 
-    monkeypatch.setattr(command, "_one_plan", second_is_interrupted)
+    monkeypatch.setattr(answers, "_one_plan", second_is_interrupted)
     status, out, _ = run(capsys, *check(tmp_path, CLEAR, OTHER))
     assert status == 130
     assert "of 2 plans 1 clear, 1 not checked" in out

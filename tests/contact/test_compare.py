@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.compare import to_json
+from borecheck.contact.comparison import to_json
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.surfaces import CHECKERS
 

@@ -4,7 +4,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from borecheck.contact.decision import Findings, decide
+from borecheck.contact.decision import (
+    Findings,
+    about_itself,
+    about_obstacles,
+    worse_of,
+)
 from borecheck.contact.margin import (
     ENLARGE_BODY,
     ENLARGE_WORLD,
@@ -13,13 +18,13 @@ from borecheck.contact.margin import (
     SECURITY,
     Margin,
 )
-from borecheck.contact.verdict import Closest, Containment, TrianglePair
+from borecheck.contact.verdict import Answer, Closest, Containment, TrianglePair
 
 MARGIN = 0.02
 
 
 def findings(**given):
-    return Findings(**{"contacts": [], "self_contacts": [], "contained": [], **given})
+    return Findings(**given)
 
 
 def closest(lower, upper=None):
@@ -37,7 +42,7 @@ def held(state, role="couch"):
 
 
 def answer(found=None, near=None, margin=NO_MARGIN, checker="exact"):
-    return decide(found or findings(), checker, margin, near)
+    return about_obstacles(found or findings(), checker, margin, near)
 
 
 @pytest.mark.parametrize(
@@ -79,15 +84,66 @@ def test_surfaces_that_meet_unseen_name_the_blind_checker():
 
 def test_without_obstacles_nothing_is_clear():
     assert answer().verdict == "unknown"
-    assert answer(findings(contained=[held("unknown", "self")])).verdict == "unknown"
 
 
-@pytest.mark.parametrize("kind", ["contacts", "self_contacts"])
-def test_either_kind_of_contact_is_contact_whatever_else(kind):
+def test_contact_is_contact_whatever_else():
     far = closest(1.0)
-    found = answer(findings(**{kind: [touch()]}, contained=[held("unknown")]), far)
-    assert found.verdict == "contact"
-    assert found.reason == "arm meets bed (1 triangle pairs)"
+    seen = findings(contacts=[touch()], contained=[held("unknown")])
+    for found in (answer(seen, far), about_itself(seen, 3)):
+        assert found.verdict == "contact"
+        assert found.reason == "arm meets bed (1 triangle pairs)"
+        assert found.pairs == (("arm", "bed"),)
+
+
+def test_of_itself_clear_is_no_contact_and_nothing_held():
+    found = about_itself(findings(), 3)
+    assert (found.verdict, found.reason) == ("clear", "none of 3 pairs of parts meet")
+    found = about_itself(findings(), 1, allowed=2)
+    assert found.reason == ("none of 1 pair of parts meet; 2 pairs of links may touch")
+    open_pair = about_itself(findings(contained=[held("unknown", "self")]), 3)
+    assert (open_pair.verdict, open_pair.reason) == ("unknown", "because unknown")
+    inside = about_itself(
+        findings(contained=[held("unknown", "self"), held("b_in_a", "self")]), 3
+    )
+    assert (inside.verdict, inside.qualifiers) == ("contact", ("contained",))
+    assert inside.pairs == (("arm", "bed"),)
+
+
+# about the obstacles, about the robot itself, and what decides
+BOTH = [
+    ("clear", "clear", "clear", "o"),
+    ("clear", "contact", "contact", "i"),
+    ("clear", "unknown", "unknown", "i"),
+    ("unknown", "clear", "unknown", "o"),
+    ("unknown", "contact", "contact", "i"),
+    ("unknown", "unknown", "unknown", "o"),
+    ("contact", "clear", "contact", "o"),
+    ("contact", "unknown", "contact", "o"),
+    ("contact", "contact", "contact", "o; and the robot itself: i"),
+]
+
+
+@pytest.mark.parametrize(("obstacles", "itself", "verdict", "reason"), BOTH)
+def test_the_whole_is_the_worse_of_both(obstacles, itself, verdict, reason):
+    whole = worse_of(Answer(obstacles, "o"), Answer(itself, "i"))
+    assert (whole.verdict, whole.reason) == (verdict, reason)
+
+
+@pytest.mark.parametrize(
+    ("obstacles", "itself", "whole"),
+    [
+        (("touching",), ("touching",), ("touching",)),
+        (("touching",), (), ()),
+        ((), ("touching",), ()),
+        (("within_margin",), (), ("within_margin",)),
+        (("within_tolerance",), ("touching",), ()),
+    ],
+)
+def test_a_whole_contact_is_as_shallow_as_both(obstacles, itself, whole):
+    both = worse_of(Answer("contact", "o", obstacles), Answer("contact", "i", itself))
+    assert both.qualifiers == whole
+    only = worse_of(Answer("clear", "o"), Answer("contact", "i", itself))
+    assert only.qualifiers == itself
 
 
 def test_what_holds_or_is_held_is_contact():
@@ -142,8 +198,8 @@ def test_how_deep_a_contact_is(margin, noted, qualifiers):
 
 
 def test_parts_among_themselves_keep_no_margin():
-    own = findings(self_contacts=[touch()], only_tolerance=False, crossing=True)
-    assert answer(own, None, Margin(MARGIN, ENLARGE_BODY)).qualifiers == ()
+    own = findings(contacts=[touch()], only_tolerance=False, crossing=True)
+    assert about_itself(own, 1).qualifiers == ()
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.compare import to_json
+from borecheck.contact.comparison import to_json
 from borecheck.contact.replay import replay
 from borecheck.errors import BorecheckError
 from borecheck.robots.scene import load_scene

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.containment import all_contained, boxes_apart, lies_in_grown
+from borecheck.contact.containment import (
+    boxes_apart,
+    lies_in_grown,
+    of_itself,
+    of_obstacles,
+)
 from borecheck.core.se3 import rpy_matrix, transform
 from borecheck.geometry.mesh.enlarge import enlarge
 from borecheck.geometry.mesh.primitives import box
@@ -75,13 +80,14 @@ def test_only_the_punctured_pair_is_not_asked(tmp_path):
     robot = chain(tmp_path, "0.1 0.1 0.1", "0.1 0.1 0.1")
     rooms = scene_of(box("room", (8.0,) * 3), box("hall", (9.0,) * 3), role="patient")
     placements = robot.placements([0.5, 0.5])
-    every = all_contained(robot, rooms, placements)
+    every = of_obstacles(robot, rooms, placements)
+    assert of_itself(robot, placements) == []
     names = {(c.link, c.obstacle) for c in every}
     assert names == {
         (p, r) for p in ("hull", "between", "bead") for r in ("room", "hall")
     }
     assert {(c.role, c.state) for c in every} == {("patient", "a_in_b")}
-    left = all_contained(robot, rooms, placements, {("bead", "room")})
+    left = of_obstacles(robot, rooms, placements, {("bead", "room")})
     assert {(c.link, c.obstacle) for c in left} == names - {("bead", "room")}
 
 

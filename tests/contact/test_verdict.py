@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.check import settings
+from borecheck.contact.settings import settings
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion.samples import sample_motion

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.check import settings
+from borecheck.contact.settings import settings
 from borecheck.core.se3 import transform
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh.primitives import box

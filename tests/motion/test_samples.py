@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.check import check_with, settings
+from borecheck.contact.check import check_with
+from borecheck.contact.settings import settings
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh

@@ -12,8 +12,8 @@ from borecheck.errors import BorecheckError, UnknownNameError
 from borecheck.geometry.mesh_files.reading import read_mesh
 from borecheck.robots import generated_meshes
 from borecheck.robots.description import installed
+from borecheck.robots.from_description import complete_arguments
 from borecheck.robots.generated_meshes import mesh_folder
-from borecheck.robots.robot import complete_arguments
 
 
 @pytest.fixture

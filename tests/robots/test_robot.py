@@ -147,10 +147,11 @@ def test_the_second_shape_of_a_link_is_checked_too(tmp_path):
 def test_allowed_contacts_name_links_that_exist():
     for name in ("zerobot", "mri_arm"):
         robot = bc.load_robot(name)
-        for first, second, reason in robot.allowed_contacts:
-            assert {first, second} <= set(robot.model.link_names)
-            assert frozenset((first, second)) not in linked_pairs(robot)
-            assert reason
+        for pair in robot.allowed_contacts:
+            assert pair.links <= set(robot.model.link_names)
+            assert pair.links not in linked_pairs(robot)
+            assert pair.reason
+            assert pair.source == f"description of {name}"
 
 
 def test_home_of_a_stranger_is_within_its_limits(tmp_path):

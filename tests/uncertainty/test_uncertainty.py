@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from borecheck.commands.options.uncertainty import add_options
 from borecheck.commands.uncertainty import add_probabilities, prepared
-from borecheck.commands.uncertainty_options import add_options
 from borecheck.errors import InputError, JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh

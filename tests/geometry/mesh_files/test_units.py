@@ -8,7 +8,7 @@ import pytest
 
 import borecheck as bc
 from borecheck.cli import main
-from borecheck.contact.check import settings
+from borecheck.contact.settings import settings
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import write_stl

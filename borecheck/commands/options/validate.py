@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from borecheck.commands.common import add_allow_outside
+from borecheck.commands.options.outside import add_allow_outside
 from borecheck.core.units import parse_pair
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.validation.codes import codes_of

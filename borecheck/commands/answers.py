@@ -1,0 +1,228 @@
+"""What `check` answers about a pose, a path, or needle plans, as parts of a result."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from borecheck.commands import common
+from borecheck.commands.certificate_files import PATH
+from borecheck.core.units import parse_length, parse_share
+from borecheck.errors import PlanError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from borecheck.contact.settings import Settings
+    from borecheck.motion.least_clearance import Tolerance
+    from borecheck.motion.samples import Proof
+    from borecheck.plans.corridor import Corridor
+    from borecheck.plans.needle_plan import NeedlePlan
+    from borecheck.robots.robot import Robot
+    from borecheck.robots.scene import Scene
+
+
+# The two questions that every verdict answers apart.
+HALVES = ("obstacles", "itself")
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What is to be answered.
+
+    Attributes:
+        args: The options.
+        robot: The robot.
+        scene: What stands around it.
+        chosen: Checker, pruning, margin.
+        plans: Needle plans; none for a pose or a path.
+        proofs: The searches of motions, added by the name of what they are of.
+    """
+
+    args: argparse.Namespace
+    robot: "Robot"
+    scene: "Scene"
+    chosen: "Settings"
+    plans: Sequence["NeedlePlan"] = ()
+    proofs: dict[str, "Proof"] = field(default_factory=dict)
+
+    def answer(self) -> dict[str, Any]:
+        """The answer's part of the result."""
+        if self.args.q is not None:
+            return _pose(self)
+        if self.args.path is not None:
+            return _path(self)
+        return _plans(self)
+
+
+def _pose(asked: Asked) -> dict[str, Any]:
+    from borecheck.contact.check import check_with
+    from borecheck.report.document import verdict_block
+
+    robot = asked.robot
+    q = common.configuration(robot, asked.args.q)
+    verdict = check_with(robot, asked.scene, q, asked.chosen)
+    return verdict_block(verdict, robot.model.joint_names)
+
+
+def _path(asked: Asked) -> dict[str, Any]:
+    path = asked.args.path
+    waypoints = common.waypoints(asked.robot, path)
+    if len(waypoints) == 1:
+        raise PlanError(path, "has one waypoint; a path needs two (a pose: --q)")
+    return _motion(asked, waypoints)
+
+
+def _motion(
+    asked: Asked,
+    waypoints: "NDArray[np.float64]",
+    plan: "NeedlePlan | None" = None,
+    corridor: "Corridor | None" = None,
+) -> dict[str, Any]:
+    """A path's or a plan's motion, sampled and searched."""
+    from borecheck.commands.progress import Progress
+    from borecheck.motion.check import check_motion
+    from borecheck.report.document import motion_block
+
+    args = asked.args
+    answer = check_motion(
+        asked.robot,
+        asked.scene,
+        waypoints,
+        asked.chosen,
+        corridor=corridor,
+        samples=args.samples,
+        certify=not args.no_certificate,
+        long_way=args.long_way,
+        tolerance=_tolerance(args.clearance_tolerance),
+        progress=Progress("poses" if plan is None else f"poses of plan {plan.name}"),
+    )
+    if answer.proof is not None:
+        asked.proofs[PATH if plan is None else plan.name] = answer.proof
+    block = motion_block(answer, asked.robot.model.joint_names)
+    return {"not_covered": list(answer.not_covered), **block}
+
+
+def _tolerance(text: str) -> "Tolerance":
+    """From `5%`, `0.1mm` or both, by a comma.
+
+    Raises:
+        UsageError: Neither a share nor a length.
+    """
+    from borecheck.motion.least_clearance import Tolerance
+
+    found = {"relative": 0.0, "absolute": 0.0}
+    for part in text.split(","):
+        if part.strip().endswith("%"):
+            found["relative"] = parse_share(part)
+        else:
+            found["absolute"] = parse_length(part)
+    return Tolerance(**found)
+
+
+def _plans(asked: Asked) -> dict[str, Any]:
+    """All plans; what is finished stays when the user interrupts."""
+    from borecheck.plans.plan_motion import STANDOFF, check_mount
+
+    plans, chosen = asked.plans, asked.chosen
+    for plan in plans:
+        check_mount(asked.robot, plan)
+    results: list[dict[str, Any]] = []
+    interrupted = False
+    try:
+        for plan in plans:
+            results.append(_one_plan(asked, plan))
+    except KeyboardInterrupt:
+        interrupted = True
+    return {
+        **_worst(results, len(plans)),
+        **{half: _worst_half(results, half, len(plans)) for half in HALVES},
+        "interrupted": interrupted,
+        "not_checked": [plan.name for plan in plans[len(results) :]],
+        "each_plan": f"from {1e3 * STANDOFF:g} mm before its entry (0%), along its "
+        "line, to its target (100%)",
+        "checker": chosen.checker,
+        "pruning": chosen.pruning,
+        "margin_m": chosen.margin.size,
+        "margin_kind": chosen.margin.kind,
+        "not_modelled": [
+            *asked.robot.not_modelled,
+            *asked.scene.not_modelled,
+            f"the way to where a plan begins, {1e3 * STANDOFF:g} mm before its entry",
+            *dict.fromkeys(text for r in results for text in r.get("not_covered", ())),
+        ],
+        "plans": results,
+    }
+
+
+def _worst(results: Sequence[dict[str, Any]], total: int) -> dict[str, Any]:
+    """The worst verdict of several, and how many there are of each."""
+    from borecheck.contact.verdict import worst_of
+
+    verdicts = [result["verdict"] for result in results]
+    return {"verdict": worst_of(verdicts), "reason": counted(verdicts, total)}
+
+
+def _worst_half(
+    results: Sequence[dict[str, Any]], half: str, total: int
+) -> dict[str, Any]:
+    """Of all plans, what holds of the obstacles, or of the robot itself."""
+    answers = [result.get(half, result) for result in results]
+    pairs = {tuple(pair) for answer in answers for pair in answer.get("pairs", ())}
+    return {**_worst(answers, total), "qualifiers": [], "pairs": sorted(pairs)}
+
+
+def counted(verdicts: Sequence[str], total: int) -> str:
+    """How many plans are in contact, unknown, clear: what is worst comes first."""
+    words = {"contact": "in contact", "unknown": "unknown", "clear": "clear"}
+    counts = {word: verdicts.count(name) for name, word in words.items()}
+    counts["not checked"] = total - len(verdicts)
+    found = [(count, word) for word, count in counts.items() if count]
+    if len(found) == 1:
+        plans = "the plan is" if total == 1 else f"all {total} plans are"
+        return f"{plans} {found[0][1]}"
+    return f"of {total} plans " + ", ".join(f"{count} {word}" for count, word in found)
+
+
+def _one_plan(asked: Asked, plan: "NeedlePlan") -> dict[str, Any]:
+    from borecheck.commands.progress import say
+    from borecheck.plans.plan_motion import UnreachableError, plan_motion
+
+    named: dict[str, Any] = {
+        "name": plan.name,
+        "entry": [float(x) for x in plan.entry],
+        "target": [float(x) for x in plan.target],
+        "notes": _notes(plan, asked.scene),
+    }
+    for note in named["notes"]:
+        say(f"borecheck: plan {plan.name}: {note}")
+    try:
+        motion = plan_motion(asked.robot, plan)
+    except UnreachableError as error:
+        reason = f"{error}{_swapped(asked.robot, plan)}"
+        return {**named, "verdict": "unknown", "reason": reason, "reachable": False}
+    block = _motion(asked, motion.waypoints, plan, motion.corridor)
+    return {**named, "reachable": True, **block}
+
+
+def _swapped(robot: "Robot", plan: "NeedlePlan") -> str:
+    """What to add to "out of reach" where the same needle would do the other way."""
+    from borecheck.plans.plan_motion import UnreachableError, plan_motion
+
+    try:
+        plan_motion(robot, replace(plan, entry=plan.target, target=plan.entry))
+    except UnreachableError:
+        return ""
+    return "; entry and target look swapped: the other way round the plan is reachable"
+
+
+def _notes(plan: "NeedlePlan", scene: "Scene") -> list[str]:
+    """How the plan was read, whether it meets the patient, and what joints decide."""
+    from borecheck.plans.skin import skin_notes
+
+    patients = (o.mesh for o in scene.obstacles if o.role == "patient")
+    notes = [*plan.notes, *skin_notes(plan, patients)]
+    if plan.roll is not None:
+        notes.append("its roll is not followed: the joints decide it")
+    return notes
