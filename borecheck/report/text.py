@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from borecheck.report.blocks import Block, Table
 from borecheck.report.allowed_words import (
     MARKS,
     allowed_lines,
     half_lines,
     hint_lines,
 )
+from borecheck.report.blocks import Block, Table
 from borecheck.report.checked_words import lines as checked_lines
 from borecheck.report.motion_words import at_least, motion_lines
 from borecheck.report.probability_words import cells as probability_cells

@@ -20,9 +20,9 @@ from borecheck.robots.urdf.source import (
     children,
     elements,
     read,
-    read_bytes,
     tag_of,
 )
+from borecheck.robots.urdf.text import read_bytes
 
 DISABLE = "disable_collisions"
 ENABLE = "enable_collisions"

@@ -17,7 +17,10 @@ _SRDF_LINKS |= {
     "end_effector": ("parent_link",),
     "link_sphere_approximation": ("link",),
 }
-_SRDF_LINKS |= {"disable_default_collisions": ("link",)}
+_SRDF_LINKS |= {
+    "disable_default_collisions": ("link",),
+    "enable_collisions": ("link1", "link2"),
+}
 
 
 def _missing(word: str, known: Iterable[str], kind: str) -> str:
