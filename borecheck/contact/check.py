@@ -8,6 +8,7 @@ numbers leave open is `unknown`.
 
 import time
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +23,7 @@ from borecheck.contact.decision import (
 from borecheck.contact.examine import examine_itself, examine_obstacles
 from borecheck.contact.margin import NO_MARGIN, SECURITY
 from borecheck.contact.settings import Settings, settings
+from borecheck.contact.together import Together, is_usual
 from borecheck.contact.verdict import (
     CLEAR,
     CONTACT,
@@ -102,21 +104,50 @@ class _Pose:
     around: Findings = field(default_factory=Findings)
     within: Findings = field(default_factory=Findings)
 
+    @cached_property
+    def together(self) -> Together:
+        """The pose as compiled calls take it."""
+        return Together.of(self.robot, self.scene, self.placements)
+
+    def is_quick(self, chosen: Settings) -> bool:
+        """Whether compiled calls can answer what these settings ask."""
+        return not chosen.pair_by_pair and is_usual(chosen, self.corridor)
+
     def examine(self, chosen: Settings) -> None:
         """Asks every pair of surfaces."""
         robot, placed = self.robot, self.placements
+        if self.is_quick(chosen):
+            self.together.examine(chosen.checker, self.around, self.within)
+            return
         scene, corridor = self.scene, self.corridor
         examine_obstacles(robot, scene, placed, chosen, corridor, self.around)
         examine_itself(robot, placed, chosen, self.within)
 
     def look_inside(self) -> None:
         """Asks which solid holds another, of surfaces that do not meet."""
-        if not self.around.contacts:
-            self.around.contained += containment.of_obstacles(
-                self.robot, self.scene, self.placements, self.around.punctured
+        around, within = self.around, self.within
+        quick, unseen = self.is_quick(self.chosen), self.chosen.checker != "exact"
+        if not around.contacts and quick:
+            around.contained += self.together.held_around(unseen=unseen)
+        elif not around.contacts:
+            around.contained += containment.of_obstacles(
+                self.robot, self.scene, self.placements, around.punctured
             )
-        if not self.within.contacts:
-            self.within.contained += containment.of_itself(self.robot, self.placements)
+        if not within.contacts and quick:
+            within.contained += self.together.held_within(unseen=unseen)
+        elif not within.contacts:
+            within.contained += containment.of_itself(self.robot, self.placements)
+
+    def measure(self) -> tuple[Closest | None, dict[str, float] | None]:
+        """Nearest points of robot and obstacles; clearances of all parts if asked."""
+        links = self.chosen.link_clearance
+        if self.around.contacts and not links:
+            return None, None
+        if self.is_quick(self.chosen):
+            return self.together.closest(), None
+        return clearance.to_obstacles(
+            self.robot, self.scene, self.placements, self.corridor, every_link=links
+        )
 
 
 def _examined(
@@ -130,11 +161,7 @@ def _examined(
     pose = _Pose(robot, scene, q, chosen, corridor, robot.placements(q))
     pose.examine(chosen)
     pose.look_inside()
-    closest, links = None, None
-    if not pose.around.contacts or chosen.link_clearance:
-        closest, links = clearance.to_obstacles(
-            robot, scene, pose.placements, corridor, every_link=chosen.link_clearance
-        )
+    closest, links = pose.measure()
     if pose.around.held:
         closest, links = None, _without_held(links, pose.around)
     obstacles, itself = _answers(pose, closest)

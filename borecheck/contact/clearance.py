@@ -5,8 +5,10 @@ from numpy.typing import NDArray
 
 from borecheck.contact.verdict import Closest
 from borecheck.geometry.surfaces import surface
+from borecheck.geometry.tree.mesh_tree import NearestPoints
 from borecheck.geometry.triangles.placing import placed_bounds
 from borecheck.plans.corridor import Corridor
+from borecheck.robots.parts import Part
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Obstacle, Scene
 
@@ -41,19 +43,27 @@ def to_obstacles(
             continue
         a, b = surface(part.mesh), surface(obstacle.mesh)
         found = a.tree.closest(b.tree, placements[part.link], WORLD)
-        closest = Closest(
-            link=name,
-            obstacle=obstacle.name,
-            role=obstacle.role,
-            distance=found.lower,
-            upper=found.upper + part.mesh.excess + obstacle.mesh.excess,
-            points=(_point(found.point_self), _point(found.point_other)),
-            triangles=(int(found.triangle_self), int(found.triangle_other)),
-        )
+        closest = closest_of(part, obstacle, found)
         links[name] = min(links.get(name, np.inf), closest.distance)
         if best is None or closest.distance < best.distance:
             best = closest
     return best, (links if every_link else None)
+
+
+def closest_of(part: Part, obstacle: Obstacle, found: NearestPoints) -> Closest:
+    """Nearest points of a part and an obstacle, with their names.
+
+    Of round shapes the upper bound grows by how far their polyhedra lie outside them.
+    """
+    return Closest(
+        link=part.mesh.name,
+        obstacle=obstacle.name,
+        role=obstacle.role,
+        distance=found.lower,
+        upper=found.upper + part.mesh.excess + obstacle.mesh.excess,
+        points=(_point(found.point_self), _point(found.point_other)),
+        triangles=(int(found.triangle_self), int(found.triangle_other)),
+    )
 
 
 def _by_bound(

@@ -22,6 +22,7 @@ def of_obstacles(
     scene: Scene,
     placements: dict[str, Array],
     punctured: Collection[tuple[str, str]] = (),
+    among: Collection[tuple[int, int]] | None = None,
 ) -> list[Containment]:
     """Parts and obstacles of which one holds the other, or of which none can tell.
 
@@ -34,11 +35,15 @@ def of_obstacles(
         placements: T_scene_link of every link.
         punctured: Names of part and obstacle whose surfaces meet as planned: what is
             inside there is the needle in its corridor.
+        among: Numbers of the parts and obstacles to ask; of others it is known that
+            nothing is held. None: all.
     """
     found = []
-    for part in robot.parts:
+    for i, part in enumerate(robot.parts):
         a = surface(part.mesh)
-        for obstacle in scene.obstacles:
+        for j, obstacle in enumerate(scene.obstacles):
+            if among is not None and (i, j) not in among:
+                continue
             if (part.mesh.name, obstacle.name) in punctured:
                 continue
             b = surface(obstacle.mesh)
@@ -47,10 +52,16 @@ def of_obstacles(
     return found
 
 
-def of_itself(robot: Robot, placements: dict[str, Array]) -> list[Containment]:
+def of_itself(
+    robot: Robot,
+    placements: dict[str, Array],
+    among: Collection[tuple[int, int]] | None = None,
+) -> list[Containment]:
     """As `of_obstacles`, of parts that may not touch each other."""
     found = []
     for i, j in robot.self_pairs:
+        if among is not None and (i, j) not in among:
+            continue
         first, second = robot.parts[i], robot.parts[j]
         T_a, T_b = placements[first.link], placements[second.link]
         a, b = surface(first.mesh), surface(second.mesh)

@@ -12,7 +12,7 @@ from borecheck.contact.settings import Settings
 from borecheck.contact.verdict import UNKNOWN, Containment, pairs_of
 from borecheck.geometry.mesh.enlarge import Enlarged
 from borecheck.geometry.surfaces import Found, Surface, contacts, surface
-from borecheck.geometry.triangles.placing import place_mesh
+from borecheck.geometry.triangles.placing import place_mesh, place_vertices
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.parts import Part
 from borecheck.robots.robot import Robot
@@ -55,7 +55,7 @@ def _examine_pair(
     security = chosen.margin.size if chosen.margin.kind == SECURITY else 0.0
     found = contacts(own, T, other, WORLD, chosen.checker, chosen.pruning, security)
     findings.count(found, own, other)
-    _note(findings, found, np.ones(len(found.pairs), dtype=bool), own, T, other)
+    note(findings, found, np.ones(len(found.pairs), dtype=bool), own, T, other)
     pairs = found.pairs
     if grown is not None:
         if len(pairs) == 0 and containment.lies_in_grown(grown, T, other):
@@ -84,7 +84,7 @@ def _examine_puncture(
     findings.count(found, own, other)
     meant = corridor.allows(placed, obstacle.mesh, found.pairs)
     findings.corridor_contacts += int(meant.sum())
-    _note(findings, found, ~meant, own, T, other)
+    note(findings, found, ~meant, own, T, other)
     pairs = found.pairs[~meant]
     findings.contacts += pairs_of(part.mesh.name, obstacle.name, pairs)
     met = found.pairs
@@ -119,7 +119,7 @@ def examine_itself(
         T_a, T_b = placements[first.link], placements[second.link]
         found = contacts(a, T_a, b, T_b, chosen.checker, chosen.pruning)
         findings.count(found, a, b)
-        _note(findings, found, np.ones(len(found.pairs), bool), a, T_a, b, T_b)
+        note(findings, found, np.ones(len(found.pairs), bool), a, T_a, b, T_b)
         findings.contacts += pairs_of(first.mesh.name, second.mesh.name, found.pairs)
 
 
@@ -135,7 +135,7 @@ def _grown_parts(
             yield part, surface(part.mesh), None
 
 
-def _note(
+def note(
     findings: Findings,
     found: Found,
     keep: NDArray[np.bool_],
@@ -158,6 +158,11 @@ def _cross(
     """Whether an edge of one crosses the inside of the other in any of the pairs."""
     from borecheck.geometry.triangles.published import paper
 
-    first = place_mesh(T_a, a.mesh).corners[pairs[:, 0]]
-    second = place_mesh(T_b, b.mesh).corners[pairs[:, 1]]
+    first, second = _placed(a, T_a, pairs[:, 0]), _placed(b, T_b, pairs[:, 1])
     return bool(paper(first, second).any() or paper(second, first).any())
+
+
+def _placed(of: Surface, T: Array, triangles: NDArray[np.int64]) -> Array:
+    """Corners of some triangles in the world, (k, 3, 3), as every checker sees them."""
+    corners = of.mesh.corners[triangles].reshape(-1, 3)
+    return place_vertices(np.ascontiguousarray(T), corners).reshape(-1, 3, 3)

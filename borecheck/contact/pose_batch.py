@@ -251,6 +251,23 @@ class PoseBatch:
             found.append(states)
         return np.concatenate(found, axis=1)
 
+    def may_hold(
+        self, T_scene_parts: Array, *, itself: bool = False, unseen: bool = False
+    ) -> set[tuple[int, int]]:
+        """Pairs of which one may hold the other in one pose; surely none of the others.
+
+        Args:
+            T_scene_parts: (1, parts, 4, 4).
+            itself: Of parts among each other; else of parts and obstacles.
+            unseen: Whether surfaces may meet that the checker does not see.
+        """
+        moving = self.itself if itself else self.obstacles
+        pairs = self._solid_pairs[1 if itself else 0]
+        codes = pairs.codes(T_scene_parts, unseen=unseen, every=True)[0]
+        if not codes.any():
+            return set()
+        return {(int(a), int(b)) for a, b in moving.pairs[codes > 0]}
+
     def _asked_singly(self, moving: MovingLinks, row: int, T_scene_parts: Array) -> int:
         """One pair whose rays leave a doubt."""
         a, b = moving.pairs[row].tolist()

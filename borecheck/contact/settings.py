@@ -15,12 +15,15 @@ class Settings:
         pruning: none, coal or bvh.
         margin: Required clearance to the obstacles.
         link_clearance: Whether to report the clearance of every part.
+        pair_by_pair: Whether to ask every pair in a call of its own: the same verdict
+            by the long road.
     """
 
     checker: str = "exact"
     pruning: str = "bvh"
     margin: Margin = NO_MARGIN
     link_clearance: bool = False
+    pair_by_pair: bool = False
 
 
 def settings(

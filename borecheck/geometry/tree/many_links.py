@@ -24,6 +24,9 @@ from borecheck.geometry.tree.mesh_tree import (
     NOT_ASKED,
     NOT_ASKED_BOOL,
     MeshTree,
+    NearestPoints,
+    bounds_of,
+    leaf_in,
     reject_placement,
 )
 from borecheck.geometry.tree.nearest_first import comes_near, nearest_first
@@ -210,6 +213,50 @@ class MovingLinks:
         """As `clearances`, and the row of `pairs` where `upper` was found, (n,)."""
         return self._clearances(placements, relative_tolerance, threads, each=False)
 
+    def closest(self, T_world_links: Floats) -> tuple[int, NearestPoints | None]:
+        """The nearest points of all pairs in one pose, and the row of their pair.
+
+        As `MeshTree.closest` of that pair, 0 apart if it meets; -1 and None without
+        pairs.
+
+        Args:
+            T_world_links: (1, links, 4, 4).
+        """
+        placements = self._checked(T_world_links)
+        answers = np.array([[bvh_clearance.NO_ANSWER]])
+        row = self._search(placements, 0, 1, narrowphase_code("exact"), _FIRST)[2]
+        if row == NO_PAIR and len(self.pairs):
+            self._nearest(placements, 0, 1, 1.0, answers)
+            row = int(answers[0, 0, bvh_clearance.PAIR])
+        if row == NO_PAIR:
+            return NO_PAIR, None
+        a, b = self.pairs[row].tolist()
+        others = self.T_world_others
+        T_a, T_b = placements[0, a], (placements if others is None else others)[0, b]
+        first, second = self.links.trees[a], self.others.trees[b]
+        if math.isinf(answers[0, 0, bvh_clearance.UPPER]):  # they meet
+            return row, first.closest(second, T_a, T_b)
+        return row, self._points(answers[0, 0], T_a, T_b)
+
+    def _points(self, answer: Floats, T_a: Floats, T_b: Floats) -> NearestPoints:
+        """The nearest points that a walk's answer names, of meshes that do not meet."""
+        a, b = self.links, self.others
+        leaf_a = leaf_in(a.nodes, int(answer[bvh_clearance.SLOT_A]))
+        leaf_b = leaf_in(b.nodes, int(answer[bvh_clearance.SLOT_B]))
+        distance, p, q = bvh_clearance.nearest_points(
+            a.corners, T_a[None, None], leaf_a, b.corners, T_b[None, None], leaf_b
+        )
+        lower, upper = bounds_of(answer)
+        return NearestPoints(
+            distance,
+            lower,
+            upper,
+            np.array(p),
+            np.array(q),
+            int(a.order[leaf_a]),
+            int(b.order[leaf_b]),
+        )
+
     def pair_clearances(
         self, placements: ArrayLike, relative_tolerance: float = 0.0, threads: int = 1
     ) -> Floats:
@@ -341,6 +388,13 @@ class MovingLinks:
         of_poses = placements, others, moving, self._depths, margin, settled
         comes_near(*self._trees, *of_poses, near, which)
         return near, which
+
+    @cached_property
+    def triangle_pairs(self) -> int:
+        """How many pairs of triangles there are in all pairs of meshes."""
+        counts = [tree.triangle_count for tree in self.links.trees]
+        others = [tree.triangle_count for tree in self.others.trees]
+        return sum(counts[a] * others[b] for a, b in self.pairs.tolist())
 
     @cached_property
     def _shape(self) -> tuple[int, int, int]:

@@ -229,7 +229,7 @@ class MeshTree:
         if not known_apart and self.first_contact(other, T_self, T_other):
             return 0.0, 0.0
         scale = 1.0 + relative_tolerance
-        return _bounds(self._nearest(other, T_self, T_other, scale, cutoff))
+        return bounds_of(self._nearest(other, T_self, T_other, scale, cutoff))
 
     def closest(
         self, other: "MeshTree", T_self: ArrayLike, T_other: ArrayLike
@@ -247,9 +247,9 @@ class MeshTree:
             leaf_a, leaf_b = int(found[0, 0]), int(found[0, 1])
         else:
             answer = self._nearest(other, T_self, T_other, 1.0)
-            lower, upper = _bounds(answer)
-            leaf_a = _leaf(self.nodes, int(answer[bvh_clearance.SLOT_A]))
-            leaf_b = _leaf(other.nodes, int(answer[bvh_clearance.SLOT_B]))
+            lower, upper = bounds_of(answer)
+            leaf_a = leaf_in(self.nodes, int(answer[bvh_clearance.SLOT_A]))
+            leaf_b = leaf_in(other.nodes, int(answer[bvh_clearance.SLOT_B]))
         distance, p, q = bvh_clearance.nearest_points(
             self.corners,
             placement(T_self, "T_self"),
@@ -289,7 +289,7 @@ class MeshTree:
         # Distances that cannot be told from the margin are looked at as well.
         cutoff = margin * (1.0 + 1e-9)
         answer = self._nearest(other, T_self, T_other, 1.0, cutoff, margin)
-        lower, upper = _bounds(answer)
+        lower, upper = bounds_of(answer)
         if upper <= margin:
             return Within("contact", 0.0, upper)
         return Within("clear" if lower > margin else "undecided", lower, upper)
@@ -364,12 +364,13 @@ class MeshTree:
             room = count
 
 
-def _bounds(answer: NDArray[np.float64]) -> tuple[float, float]:
+def bounds_of(answer: NDArray[np.float64]) -> tuple[float, float]:
+    """Lower and upper bound in the answer of a walk, see `tree.clearance`."""
     lower, upper = answer[bvh_clearance.LOWER], answer[bvh_clearance.UPPER]
     return max(0.0, float(min(lower, upper))), float(upper)
 
 
-def _leaf(nodes: NDArray[np.float32], slot: int) -> int:
+def leaf_in(nodes: NDArray[np.float32], slot: int) -> int:
     """The leaf in a slot of the tree, see `boxes.child_box`."""
     return ~int(nodes.view(np.int32)[slot >> 3, CHILD_ROW, slot & 7])
 
