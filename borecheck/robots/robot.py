@@ -165,10 +165,9 @@ class Robot:
 
     def placements(self, q: ArrayLike) -> dict[str, Array]:
         """T_scene_link (4, 4) of every link."""
-        return {
-            link: self.T_scene_root @ T_root_link
-            for link, T_root_link in self.model.placements(q).items()
-        }
+        in_root = self.model.placements(q)
+        in_scene = self.T_scene_root @ np.array(list(in_root.values()))
+        return dict(zip(in_root, in_scene, strict=True))
 
     def may_enter(self, link: str, role: str) -> bool:
         """Whether a plan may bring this link into an obstacle of this role."""
