@@ -33,8 +33,9 @@ def run(args: argparse.Namespace) -> int:
     from borecheck.commands.progress import say
     from borecheck.commands.warm_up import announce_compilation
     from borecheck.errors import UsageError
+    from borecheck.view.first_plan import first_plan
     from borecheck.view.server import check_port, serve
-    from borecheck.view.session import Session, first_plan
+    from borecheck.view.session import Session
 
     if not 0 <= args.port < 65536:
         raise UsageError(f"--port {args.port} is no port")

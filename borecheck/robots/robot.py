@@ -18,11 +18,7 @@ from borecheck.robots.allowed import (
     allowances_of,
     unasked,
 )
-from borecheck.robots.description import (
-    RobotDescription,
-    installed,
-    installed_names,
-)
+from borecheck.robots.description import RobotDescription, installed, installed_names
 from borecheck.robots.from_description import build_installed, complete_arguments
 from borecheck.robots.model import RobotModel
 from borecheck.robots.neighbours import Joined
@@ -230,7 +226,6 @@ def robot_with(
     model = RobotModel(source)
     parts = collision_parts(model.tree, path, roots)
     refuse_nothing(parts, path)
-    T_scene_root = _checked_base(base)
     return Robot(
         name=str(name),
         description=None,
@@ -240,7 +235,7 @@ def robot_with(
         urdf_text=source.text,
         model=model,
         parts=parts,
-        T_scene_root=T_scene_root,
+        T_scene_root=_checked_base(base),
         allowed_contacts=(),
         warnings=(*warnings, *_oddities(model, base is not None)),
         roots=roots,

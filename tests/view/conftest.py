@@ -7,8 +7,9 @@ import pytest
 import borecheck as bc
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import write_stl
+from borecheck.view.first_plan import first_plan
 from borecheck.view.server import HOST, LiveView
-from borecheck.view.session import Session, first_plan
+from borecheck.view.session import Session
 from tests.places import ROBOTS
 
 

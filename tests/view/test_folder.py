@@ -98,18 +98,18 @@ def test_the_view_keeps_to_it(small_view):
     victim.write_text(PRECIOUS)
     (folder / "own.csv").write_text(PRECIOUS)
     for name in ("../victim.csv", str(victim), "own.csv", "\0", "block.stl"):
-        small_view._save_plan(name)
-        assert "Not done" in small_view._note.content, name
+        small_view.save_plan(name)
+        assert "Not done" in small_view.panel.note.content, name
     assert victim.read_text() == (folder / "own.csv").read_text() == PRECIOUS
-    small_view._overwrite.value = True
-    small_view._save_plan("own.csv")
-    assert "Saved" in small_view._note.content
+    small_view.panel.overwrite.value = True
+    small_view.save_plan("own.csv")
+    assert "Saved" in small_view.panel.note.content
     assert (folder / "own.csv").read_text() != PRECIOUS
-    assert small_view._overwrite.value is False
-    small_view._write_report("../page.html")
-    assert "Not done" in small_view._note.content
-    small_view._load_patient("/etc/passwd")
-    assert "Not done" in small_view._note.content
+    assert small_view.panel.overwrite.value is False
+    small_view.write_report("../page.html")
+    assert "Not done" in small_view.panel.note.content
+    small_view.load_patient("/etc/passwd")
+    assert "Not done" in small_view.panel.note.content
     assert {p.name for p in folder.iterdir()} == {"block.stl", "own.csv"}
 
 
@@ -118,5 +118,5 @@ def test_a_file_that_is_dropped_is_a_mesh_and_goes_with_the_view(small_view):
         name = "../../robot.urdf"
         content = b"<robot/>"
 
-    small_view._take(Dropped)
-    assert "drop a mesh" in small_view._note.content
+    small_view.take(Dropped)
+    assert "drop a mesh" in small_view.panel.note.content

@@ -18,8 +18,10 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import write_stl
 from borecheck.plans.plan_file import read_plans
 from borecheck.plans.plan_motion import UnreachableError
-from borecheck.view.server import HOST, LiveView, _plain, check_port
-from borecheck.view.session import CHECKING, Session, first_plan
+from borecheck.view.first_plan import first_plan
+from borecheck.view.panel import plain
+from borecheck.view.server import HOST, LiveView, check_port
+from borecheck.view.session import CHECKING, Session
 
 # Inverse kinematics puts the tip on the plan to rounding.
 TIP = 1e-9
@@ -127,7 +129,7 @@ def test_port_that_is_taken_is_one_clear_line(capsys):
 
 
 def test_names_do_not_become_markup():
-    assert _plain("<b>*x*</b>") == "\\<b\\>\\*x\\*\\</b\\>"
+    assert plain("<b>*x*</b>") == "\\<b\\>\\*x\\*\\</b\\>"
 
 
 @pytest.fixture(scope="module")
@@ -159,33 +161,33 @@ def test_it_serves_this_machine_only(view):
 def test_a_moved_joint_is_judged(view):
     settled(view, 0)
     answers = view.answers
-    slider, scale = view._sliders[0]
+    slider, scale = view.panel.sliders[0]
     slider.value = scale * 0.04
-    view._joint_moved(0, slider, scale)(None)
+    view.panel.joint_moved(0, slider, scale)(None)
     shown = settled(view, answers)
     assert shown.q[0] == pytest.approx(0.04)
-    assert "CLEAR" in view._state.content
+    assert "CLEAR" in view.panel.state.content
     part = view.session.robot.parts[0]
-    position = view._links[part.mesh.name].position
+    position = view.stage.links[part.mesh.name].position
     np.testing.assert_allclose(position, shown.placements[part.link][:3, 3])
 
 
 def test_dragged_handles_move_the_robot_and_errors_are_told(view):
     answers = view.answers
-    view._along.value = 100.0
-    view._ends[0].position = np.array([0.02, 0.0, 0.0])
-    view._ends[1].position = np.array([0.02, 0.0, -0.05])
-    view._replan()
+    view.panel.along.value = 100.0
+    view.stage.ends[0].position = np.array([0.02, 0.0, 0.0])
+    view.stage.ends[1].position = np.array([0.02, 0.0, -0.05])
+    view.replan()
     shown = settled(view, answers)
     tip = shown.placements[view.session.robot.description.tool_frame][:3, 3]
     np.testing.assert_allclose(tip, (0.02, 0.0, -0.05), atol=TIP)
-    view._ends[1].position = np.array([5.0, 0.0, -0.05])
-    view._replan()
-    assert "Not done" in view._note.content
+    view.stage.ends[1].position = np.array([5.0, 0.0, -0.05])
+    view.replan()
+    assert "Not done" in view.panel.note.content
     answers = view.answers
     view.ask()
     settled(view, answers)
-    assert "UNKNOWN" in view._state.content
+    assert "UNKNOWN" in view.panel.state.content
 
 
 def test_a_bad_mesh_dropped_is_told_and_the_view_goes_on(view):
@@ -193,9 +195,9 @@ def test_a_bad_mesh_dropped_is_told_and_the_view_goes_on(view):
         name = "../../bad<b>.stl"
         content = b"nothing of a mesh"
 
-    view._take(Dropped)
-    assert "Not done" in view._note.content
-    assert "<b>" not in view._note.content.replace("\\<b\\>", "")
+    view.take(Dropped)
+    assert "Not done" in view.panel.note.content
+    assert "<b>" not in view.panel.note.content.replace("\\<b\\>", "")
     answers = view.answers
     view.ask()
     settled(view, answers)
@@ -213,15 +215,15 @@ def test_a_failure_takes_the_verdict_off_and_the_view_goes_on(view, monkeypatch)
         patched.setattr(Session, "glance", broken)
         view.ask()
         end = time.monotonic() + PATIENCE
-        while "broken" not in view._state.content:
+        while "broken" not in view.panel.state.content:
             assert time.monotonic() < end
             time.sleep(0.01)
-        assert "UNKNOWN" in view._state.content
+        assert "UNKNOWN" in view.panel.state.content
     answers = view.answers
-    slider, scale = view._sliders[0]
-    view._joint_moved(0, slider, scale)(None)
+    slider, scale = view.panel.sliders[0]
+    view.panel.joint_moved(0, slider, scale)(None)
     settled(view, answers)
-    assert "UNKNOWN" not in view._state.content
+    assert "UNKNOWN" not in view.panel.state.content
 
 
 def test_kill_int_ends_it_even_in_the_background(tmp_path):

@@ -18,7 +18,8 @@ from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.search import search
 from borecheck.uncertainty.contact_probability import contact_probability
 from borecheck.uncertainty.covariance import from_document
-from borecheck.view.session import Session, first_plan
+from borecheck.view.first_plan import first_plan
+from borecheck.view.session import Session
 from tests.places import DATA
 
 ROBOT = DATA / "robots" / "two_link.urdf"
