@@ -13,18 +13,17 @@ from numpy.typing import NDArray
 
 from borecheck.contact.containment import holds_or_might
 from borecheck.contact.pose_kernel import (
-    BEYOND_LIMITS,
     FREE,
     IN_DOUBT_STILL,
     MIGHT_TOUCH,
     TOUCHES,
     Joints,
-    Limits,
     Pairs,
     PoseBook,
     Solid,
     ask_poses,
 )
+from borecheck.contact.pose_limits import limits_of
 from borecheck.contact.solid_pairs import SolidPairs, solids_of
 from borecheck.core.once import once_per_pair
 from borecheck.core.se3 import check_transform
@@ -36,18 +35,8 @@ from borecheck.geometry.tree.packed import PackedTrees
 from borecheck.geometry.tree.threads import in_threads
 from borecheck.geometry.triangles.narrowphase import narrowphase_code
 from borecheck.robots.kinematics.robot_chain import chain_of
-from borecheck.robots.model import LIMIT_TOLERANCE
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
-
-__all__ = [
-    "BEYOND_LIMITS",
-    "FREE",
-    "MIGHT_TOUCH",
-    "TOUCHES",
-    "PoseBatch",
-    "prepared",
-]
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -93,7 +82,7 @@ class PoseBatch:
     ) -> None:
         frame_of, self.chain = chain_of(robot)
         self._frames = np.array([frame_of[p.link] for p in robot.parts], np.int64)
-        self._limits = _limits_of(robot)
+        self._limits = limits_of(robot)
         parts = [surface(part.mesh) for part in robot.parts]
         others = [surface(obstacle.mesh) for obstacle in scene.obstacles]
         links = PackedTrees([part.tree for part in parts])
@@ -299,19 +288,3 @@ class PoseBatch:
 def prepared(robot: Robot, scene: Scene) -> PoseBatch:
     """The packed form of a robot and a scene; the same records give the same one."""
     return PoseBatch(robot, scene)
-
-
-def _limits_of(robot: Robot) -> Limits:
-    model = robot.model
-    rows = [
-        (*model.driver(joint.name, joint.type), *limits)
-        for joint, limits in model.moving_limits()
-    ]
-    table = np.array(rows, np.float64).reshape(-1, 5)
-    return Limits(
-        np.ascontiguousarray(table[:, 0].astype(np.int64)),
-        np.ascontiguousarray(table[:, 1]),
-        np.ascontiguousarray(table[:, 2]),
-        np.ascontiguousarray(table[:, 3] - LIMIT_TOLERANCE),
-        np.ascontiguousarray(table[:, 4] + LIMIT_TOLERANCE),
-    )

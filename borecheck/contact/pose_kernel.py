@@ -27,6 +27,9 @@ from borecheck.robots.kinematics.forward import place_many
 # surfaces that cancel. IN_DOUBT_STILL: rays leave a doubt, to be settled.
 FREE, TOUCHES, MIGHT_TOUCH, IN_DOUBT_STILL, BEYOND_LIMITS = range(5)
 
+# Instead of a pair's row.
+_NOT_RIGID = -2
+
 Floats = NDArray[np.float64]
 Ids = NDArray[np.int64]
 
@@ -168,6 +171,27 @@ def _is_within(qs, i, limits):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def _first_pair(against, among, placements, i, code):  # type: ignore[no-untyped-def]
+    """The row of the first pair whose surfaces meet in pose i, or -1, or _NOT_RIGID."""
+    hits, touches = np.empty(0, np.int64), np.empty(0, np.bool_)
+    found = np.empty((0, 4), np.int64)
+    _, _, bad, hit = search(
+        against.book, placements, against.standing, False, i, i + 1,
+        code, FIRST, 0.0, hits, touches, found,
+    )  # fmt: skip
+    if bad >= 0:
+        return _NOT_RIGID
+    if hit == NO_PAIR:
+        _, _, _, hit = search(
+            among.book, placements, placements, True, i, i + 1,
+            code, FIRST, 0.0, hits, touches, found,
+        )  # fmt: skip
+        if hit != NO_PAIR:
+            hit += against.book[PAIR_COUNT]
+    return hit
+
+
+@kernel
 def ask_poses(book, qs, code, corners, states, which):  # type: ignore[no-untyped-def]
     """Fills states and which, (n,): the first pair that touches, or -1.
 
@@ -195,8 +219,6 @@ def ask_poses(book, qs, code, corners, states, which):  # type: ignore[no-untype
         joints.parent, joints.kind, joints.source, joints.factor, joints.offset,
         joints.parts, qs, joints.frames, placements,
     )  # fmt: skip
-    hits, touches = np.empty(0, np.int64), np.empty(0, np.bool_)
-    found = np.empty((0, 4), np.int64)
     settled = np.empty(len(qs), np.bool_)
     for i in range(len(qs)):
         states[i], which[i] = FREE, NO_PAIR
@@ -204,19 +226,9 @@ def ask_poses(book, qs, code, corners, states, which):  # type: ignore[no-untype
         if not _is_within(qs, i, limits):
             states[i] = BEYOND_LIMITS
             continue
-        _, _, bad, hit = search(
-            against.book, placements, against.standing, False, i, i + 1,
-            code, FIRST, 0.0, hits, touches, found,
-        )  # fmt: skip
-        if bad >= 0:
+        hit = _first_pair(against, among, placements, i, code)
+        if hit == _NOT_RIGID:
             return i, False, 0, 0
-        if hit == NO_PAIR:
-            _, _, _, hit = search(
-                among.book, placements, placements, True, i, i + 1,
-                code, FIRST, 0.0, hits, touches, found,
-            )  # fmt: skip
-            if hit != NO_PAIR:
-                hit += against.book[PAIR_COUNT]
         if hit != NO_PAIR:
             states[i], which[i] = TOUCHES, hit
         else:

@@ -4,20 +4,16 @@ Everything that does not change from pose to pose is made once, by `queries`. An
 are arrays; a configuration beyond a joint limit is an answer, not an exception.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact.gradient import of_distance
 from borecheck.contact.many_poses import as_configurations
-from borecheck.contact.pose_batch import (
-    BEYOND_LIMITS,
-    FREE,
-    MIGHT_TOUCH,
-    TOUCHES,
-    PoseBatch,
-)
+from borecheck.contact.pose_batch import PoseBatch
+from borecheck.contact.pose_kernel import BEYOND_LIMITS, FREE, MIGHT_TOUCH, TOUCHES
+from borecheck.contact.skipped import Names, pairs_without
 from borecheck.core.se3 import check_transform
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.geometry.tree.nearest_first import FAR, NEAR, UNDECIDED
@@ -25,7 +21,6 @@ from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
 Array = NDArray[np.float64]
-Names = tuple[str, str]
 
 # Answers of `nearer_than`.
 NO, YES, CANNOT_TELL = FAR, NEAR, UNDECIDED
@@ -59,7 +54,7 @@ def queries(
         raise UsageError(scene.doubt)
     if not (np.isfinite(margin) and margin >= 0.0):
         raise UsageError(f"margin is {margin}, not a distance in metres")
-    against, among = _pairs_without(robot, scene, tuple(skip), itself)
+    against, among = pairs_without(robot, scene, tuple(skip), itself)
     return Queries(
         robot, scene, margin, solids, PoseBatch(robot, scene, against, among)
     )
@@ -269,35 +264,3 @@ class Queries:
                     bounds[i, 0] = 0.0
         bounds[self._robot.model.beyond_limits(configurations)] = np.nan
         return bounds, rows
-
-
-def _pairs_without(
-    robot: Robot, scene: Scene, skip: Sequence[Names], itself: bool
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs of part and obstacle, and of parts, that are to be asked."""
-    parts = [(part.link, part.mesh.name) for part in robot.parts]
-    others = [(obstacle.name,) for obstacle in scene.obstacles]
-    known = {name for names in (*parts, *others) for name in names}
-    for pair in skip:
-        if isinstance(pair, str) or len(pair) != 2:
-            raise UsageError(f"skip holds {pair!r}, not a pair of names")
-        for name in pair:
-            if name not in known:
-                raise UnknownNameError("link or obstacle", name, sorted(known))
-        if all((name,) in others for name in pair):
-            raise UsageError(f"skip holds {pair!r}: two obstacles are never asked")
-
-    def is_asked(a: tuple[str, ...], b: tuple[str, ...]) -> bool:
-        return not any((x in a and y in b) or (y in a and x in b) for x, y in skip)
-
-    against = [
-        (i, j)
-        for i, part in enumerate(parts)
-        for j, other in enumerate(others)
-        if is_asked(part, other)
-    ]
-    among = [(i, j) for i, j in robot.self_pairs if is_asked(parts[i], parts[j])]
-    return (
-        np.array(against, np.int64).reshape(-1, 2),
-        np.array(among if itself else [], np.int64).reshape(-1, 2),
-    )

@@ -134,8 +134,7 @@ def check_motion(
         progress: Called with samples done and in all.
 
     Raises:
-        UsageError: No waypoint, or one of the wrong length.
-        JointLimitError: A waypoint beyond a joint limit.
+        UsageError, JointLimitError: No waypoint, or one that the robot cannot take.
     """
     points = checked_waypoints(robot, waypoints)
     turns = open_turns(robot.model, points)
@@ -157,23 +156,31 @@ def check_motion(
     problem = path_problem(robot, scene, chosen.margin.size, corridor)
     if seen.verdict == CONTACT and seen.obstacles.contact:
         return _within_margin(problem, points, scene, seen, tolerance)
+    if seen.verdict == CONTACT and turns is not None and not long_way:
+        return seen
     if seen.verdict == CONTACT:
-        if turns is not None and not long_way:
-            return seen
         alone = _around(problem, points, seen, tolerance, link_of(robot))
         return _nearest(scene, alone)
     proof = Proof(problem, points, search(problem, points), corridor)
     if turns is not None and not long_way:
         found = held_back(proof.outcome, turns, None)
         return _certified(replace(proof, outcome=found), seen)
+    return _nearest(scene, _measured(proof, seen, tolerance, link_of(robot)))
+
+
+def _measured(
+    proof: Proof, seen: MotionVerdict, tolerance: Tolerance, links: dict[str, str]
+) -> MotionVerdict:
+    """What a proof says of obstacles and robot, with the certified least clearance."""
+    problem, points = proof.problem, proof.waypoints
     around, own = searched(problem, points, proof.outcome)
-    obstacles, itself = answers_of(problem, around, own, link_of(robot))
+    obstacles, itself = answers_of(problem, around, own, links)
     asked = problem if own is None or own.clear else without_itself(problem)
     least = least_clearance(
         asked, points, around, tolerance, [seen.fractions[seen.worst]]
     )
     found = replace(proof.outcome, least=least, obstacles=obstacles, itself=itself)
-    return _nearest(scene, _certified(replace(proof, outcome=found), seen))
+    return _certified(replace(proof, outcome=found), seen)
 
 
 def _certified(proof: Proof, seen: MotionVerdict) -> MotionVerdict:

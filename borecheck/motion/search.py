@@ -160,8 +160,33 @@ def examine_pair(
         settled: Stretches that are not looked at, in waypoints, (k, 2).
         quick_limit: Of the pieces, so many by boxes and planes; QUICK_LIMIT by default.
     """
-    a, b = pair.moving, pair.standing
     quick = min(piece_limit, QUICK_LIMIT if quick_limit is None else quick_limit)
+    rows, looked, judged = _by_boxes_and_planes(
+        chain, pair, way, motion, resolution, quick, settled
+    )
+    # Planes give up where pieces are too many, and at pairs that hardly move at all
+    # and that no plane tried separates: a rod beside its twin.
+    only_open = len(rows) > 0 and bool((rows[:, 2] == halving.UNDECIDED).all())
+    if looked <= quick and not only_open:
+        return Examined(rows, looked, judged, False)
+    rows, further = _examined_by_distance(
+        chain, pair, way, motion, rows, resolution, piece_limit
+    )
+    gave_up = further > piece_limit
+    return Examined(rows, looked + further, judged + further, gave_up)
+
+
+def _by_boxes_and_planes(
+    chain: JointChain,
+    pair: Pair,
+    way: Route,
+    motion: Motion,
+    resolution: float,
+    quick: int,
+    settled: Array,
+) -> tuple[Array, int, int]:
+    """Findings of a pair, pieces looked at, and instants judged, in a compiled call."""
+    a, b = pair.moving, pair.standing
     findings, found, looked, judged = halving.examine(
         motion.theta,
         chain.parent,
@@ -194,17 +219,7 @@ def examine_pair(
         settled,
         np.zeros((64, 3)),
     )
-    rows = findings[:found]
-    # Planes give up where pieces are too many, and at pairs that hardly move at all
-    # and that no plane tried separates: a rod beside its twin.
-    only_open = found > 0 and bool((rows[:, 2] == halving.UNDECIDED).all())
-    if looked <= quick and not only_open:
-        return Examined(rows, looked, judged, False)
-    rows, further = _examined_by_distance(
-        chain, pair, way, motion, rows, resolution, piece_limit
-    )
-    gave_up = further > piece_limit
-    return Examined(rows, looked + further, judged + further, gave_up)
+    return findings[:found], looked, judged
 
 
 def _examined_by_distance(
