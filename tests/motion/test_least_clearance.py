@@ -249,7 +249,7 @@ def test_a_part_of_the_study():
 
 def test_a_trip_builds_every_tree_once_and_searches_once(monkeypatch, tmp_path):
     """Check, motion, least clearance and certificate of Zerobot in its gantry."""
-    from borecheck.geometry.tree import mesh_tree
+    from borecheck.geometry.tree import kept_trees
     from borecheck.motion import certify, check
 
     counts = {"trees": 0, "searches": 0}
@@ -261,7 +261,7 @@ def test_a_trip_builds_every_tree_once_and_searches_once(monkeypatch, tmp_path):
 
         return call
 
-    monkeypatch.setattr(mesh_tree, "build", counted("trees", mesh_tree.build))
+    monkeypatch.setattr(kept_trees, "build", counted("trees", kept_trees.build))
     for module in (check, certify):
         real = module.search
         monkeypatch.setattr(module, "search", counted("searches", real))
