@@ -8,7 +8,7 @@ import pytest
 import borecheck as bc
 from borecheck.core.se3 import transform
 from borecheck.geometry.mesh.primitives import box
-from borecheck.geometry.tree import mesh_tree
+from borecheck.geometry.tree import kept_trees
 from borecheck.motion.robot_problem import path_problem
 from borecheck.robots.kinematics.robot_chain import chain_of
 from borecheck.robots.obstacle_files import Obstacle
@@ -32,9 +32,9 @@ def far_box():
 
 def test_a_planner_builds_nothing_twice(arm, monkeypatch):
     scene, built = scene_of(far_box()), []
-    real = mesh_tree.build
+    real = kept_trees.build
     monkeypatch.setattr(
-        mesh_tree, "build", lambda *given: built.append(1) or real(*given)
+        kept_trees, "build", lambda *given: built.append(1) or real(*given)
     )
     for k in range(3):
         assert bc.check_path(arm, scene, [[0.0], [0.1 * k]]).verdict == "clear"

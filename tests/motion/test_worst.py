@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from borecheck.contact.verdict import Answer
 from borecheck.motion.samples import (
     _intervals,
     _sampled,
@@ -22,6 +23,8 @@ def pose(verdict, room=None, own=(), reason="r", qualifiers=()):
         self_contacts=own,
         reason=reason,
         qualifiers=qualifiers,
+        obstacles=Answer("clear" if own else verdict, reason, qualifiers),
+        itself=Answer("contact" if own else "clear", reason, qualifiers),
     )
 
 

@@ -10,7 +10,7 @@ from mri_arm.studies.workspace import (
     AZIMUTHS,
     NEAREST_BASE,
     STANDOFF,
-    Place,
+    BasePlace,
     directions,
     is_regular,
     places,
@@ -55,7 +55,7 @@ def test_both_sides_of_the_patient_serve(scene):
 
 
 def test_far_away_nothing_is_served(scene):
-    result = reach(Place(0.0, -3.0, 0.0), entry_points(10), scene)
+    result = reach(BasePlace(0.0, -3.0, 0.0), entry_points(10), scene)
     assert result.reachable == 0
 
 
