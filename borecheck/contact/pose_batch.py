@@ -6,7 +6,7 @@ The placements come from the compiled chain, which agrees with Pinocchio to roun
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,9 @@ from borecheck.robots.scene import Scene
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
+
+# What `PoseBatch._lay_out` makes.
+_LAID_OUT = ("_book", "_entries", "_solid_pairs")
 
 
 class Asked(NamedTuple):
@@ -123,6 +126,14 @@ class PoseBatch:
             SolidPairs(against, self._links, self._standing),
             SolidPairs(among, self._links, self._links),
         )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what was laid out: addresses of this object's arrays."""
+        return {k: v for k, v in vars(self).items() if k not in _LAID_OUT}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._lay_out()
 
     def moved(
         self, T_world_obstacles: Mapping[int, Array], T_world_root: Array | None

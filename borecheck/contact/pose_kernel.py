@@ -4,7 +4,7 @@ The pieces are the kernels that answer single questions; here is only their orde
 that a pose which is settled is not asked further.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 from numba.np.numpy_support import carray
@@ -75,8 +75,8 @@ class Solid(NamedTuple):
 class PoseBook:
     """Where all that stays the same from pose to pose lies: one array for the kernel.
 
-    Holds the arrays; see `tree.addresses` for why. Copied or unpickled, it is made anew
-    from the copied arrays.
+    Holds the arrays; see `tree.addresses` for why. It is never copied: books of pairs
+    are among its arrays, and their copies would name memory of the original.
 
     Args:
         limits: Of the moving joints.
@@ -107,13 +107,14 @@ class PoseBook:
                 entries += [address(array, kind, array.shape), _length(array)]
         self.entries: Ids = np.array(entries)
 
-    def __reduce__(self) -> tuple[type["PoseBook"], tuple[NamedTuple, ...]]:
-        return PoseBook, self._groups
+    def __reduce__(self) -> NoReturn:
+        """Refused: see the class."""
+        raise TypeError("a PoseBook is laid out anew, not copied")
 
 
 def _length(array: NDArray[np.generic]) -> int:
     """Rows of an array; of what stands, (1, k, 4, 4), those of its one pose."""
-    return array.shape[1] if array.ndim == 4 and array.shape[0] == 1 else len(array)
+    return array.shape[1] if array.shape[2:] == (4, 4) else len(array)
 
 
 @kernel(**INLINE)

@@ -1,8 +1,12 @@
+import copy
+import gc
+import pickle
+
 import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.pose_batch import prepared
+from borecheck.contact.pose_batch import PoseBatch, prepared
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
@@ -81,3 +85,20 @@ def test_joints_come_from_the_root_outwards(zerobot):
         assert frame_of[joints[index].child] == k + 1
         assert frame_of[joints[index].parent] <= k
     assert frame_of == chain_of(zerobot)[0]
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
+)
+def test_copies_answer_from_their_own_arrays(zerobot, ct_gantry, rng, copied):
+    qs = zerobot.model.random_configurations(rng, 40)
+    batch = PoseBatch(zerobot, ct_gantry)
+    expected = batch.ask(qs).which
+    assert -1 == expected.min() < expected.max()
+    twin = copied(batch)
+    if copied is not copy.copy:
+        books = [b._book._groups[2].book for b in (batch, twin)]
+        assert np.intersect1d(*books).max() < 2**20  # lengths agree, addresses do not
+    del batch
+    gc.collect()
+    np.testing.assert_array_equal(twin.ask(qs).which, expected)

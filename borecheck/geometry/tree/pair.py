@@ -75,6 +75,10 @@ class Pair:
         self._address = int(numbers.__array_interface__["data"][0])
         self._thread = get_ident()
 
+    def __reduce__(self) -> tuple[type["Pair"], tuple[MeshTree, MeshTree]]:
+        """A copy is made anew: the address is that of this pair's own block."""
+        return Pair, (self.a, self.b)
+
     def first_contact(
         self, T_a: ArrayLike, T_b: ArrayLike, narrowphase: str = "exact"
     ) -> bool:

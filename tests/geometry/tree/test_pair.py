@@ -1,5 +1,7 @@
 """A pair of meshes laid out once answers as the trees do."""
 
+import copy
+import pickle
 from threading import Thread
 
 import numpy as np
@@ -107,3 +109,19 @@ def test_another_thread_gets_the_same_answers_and_cannot_move_the_meshes(pair, r
     assert told[:2] == [False, pair.a.first_contact(pair.b, T_a, T_b)]
     assert len(told) == 4
     assert pair.meets()
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
+)
+def test_a_copy_looks_at_its_own_placements(copied):
+    """It read those of the original: apart, whatever it was asked."""
+    pair = bc.Pair(box("a", (0.3, 0.2, 0.1)), box("b", (0.1, 0.1, 0.5)))
+    far = transform((2.0, 0.0, 0.0))
+    assert not pair.first_contact(far, np.eye(4))
+    twin = copied(pair)
+    assert twin.first_contact(np.eye(4), np.eye(4))
+    twin.place(np.eye(4), np.eye(4))
+    pair.place(far, np.eye(4))
+    assert twin.meets()
+    assert not pair.meets()
