@@ -58,6 +58,12 @@ def transform(
     return T
 
 
+def frozen(array: Array) -> Array:
+    """The same array, now read-only: what is found from it once stays true."""
+    array.setflags(write=False)
+    return array
+
+
 def inverse(T: ArrayLike) -> Array:
     """Inverse of a rigid transform: that of T_a_b is T_b_a."""
     T = np.asarray(T, dtype=float)

@@ -88,8 +88,15 @@ class Allowances:
     pairs: tuple[Request, ...] = ()
     trust_never: bool = False
 
-    def of(self, links: Collection[str], roots: Roots = NO_ROOTS) -> "Found":
+    def of(
+        self, links: Collection[str], roots: Roots = NO_ROOTS, robot: str = ""
+    ) -> "Found":
         """Pairs for a robot of these links, and what its user should know of them.
+
+        Args:
+            links: All links of the robot.
+            roots: Where the SRDF may lie if it is a link.
+            robot: The robot's own name.
 
         Raises:
             UrdfError: The SRDF cannot be used.
@@ -105,7 +112,7 @@ class Allowances:
         srdf = read_srdf(self.srdf, links, roots)
         taken = srdf.pairs if self.trust_never else srdf.taken
         found += [_from_file(pair, srdf) for pair in taken]
-        notes = tuple(_notes(srdf, self.trust_never))
+        notes = tuple(_notes(srdf, self.trust_never, robot))
         return Found(_each_once(found), notes, srdf.sha256)
 
 
@@ -161,6 +168,8 @@ def _asked(request: Request, links: Collection[str]) -> tuple[str, str]:
     Raises:
         UsageError: Not two links of the robot, or one with itself.
     """
+    if not isinstance(request, str | Sequence):
+        raise UsageError(f"{OPTION} {request!r}: give two links of the robot")
     told = request if isinstance(request, str) else ":".join(map(str, request))
     splits = list(_splits(request))
     found = [pair for pair in splits if all(name in links for name in pair)]
@@ -191,8 +200,10 @@ def _splits(request: Request) -> Iterator[tuple[str, str]]:
             yield first, second
 
 
-def _notes(srdf: Srdf, trust_never: bool) -> Iterator[str]:
+def _notes(srdf: Srdf, trust_never: bool, robot: str) -> Iterator[str]:
     """What is odd about an SRDF, and what was left out of it."""
+    if robot and srdf.name not in ("", robot):
+        yield f"{srdf.file}: is for a robot called {srdf.name!r}, not {robot!r}"
     if not srdf.pairs:
         yield f"{srdf.file}: lets no pair of links touch"
     if not srdf.left:

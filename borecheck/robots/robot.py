@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.core.se3 import check_transform, inverse
+from borecheck.core.se3 import check_transform, frozen, inverse
 from borecheck.core.units import check_near
 from borecheck.robots.allowed import (
     NONE,
@@ -80,6 +80,10 @@ class Robot:
     allowances: Allowances = NONE
     srdf_sha256: str | None = None
 
+    def __post_init__(self) -> None:
+        """Freezes where it stands: chains and problems are made of it once."""
+        object.__setattr__(self, "T_scene_root", frozen(self.T_scene_root.copy()))
+
     @cached_property
     def home(self) -> Array:
         """Configuration that the description calls home; zero within limits else."""
@@ -138,7 +142,7 @@ class Robot:
         """
         if allowances == NONE:
             return self
-        found = allowances.of(self.model.link_names, self.roots)
+        found = allowances.of(self.model.link_names, self.roots, self.model.name)
         own = {pair.links for pair in self.allowed_contacts}
         more = [pair for pair in found.pairs if pair.links not in own]
         robot = replace(
@@ -155,9 +159,9 @@ class Robot:
         """Placement of the base frame (the root link without one)."""
         frame = self.description.base_frame if self.description else None
         if frame is None:
-            return self.T_scene_root.copy()
+            return self.T_scene_root
         zero = np.zeros(len(self.model.free_joints))
-        return self.T_scene_root @ self.model.placements(zero)[frame]
+        return frozen(self.T_scene_root @ self.model.placements(zero)[frame])
 
     def placements(self, q: ArrayLike) -> dict[str, Array]:
         """T_scene_link (4, 4) of every link."""

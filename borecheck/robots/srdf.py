@@ -27,7 +27,10 @@ from borecheck.robots.urdf.text import read_bytes
 DISABLE = "disable_collisions"
 ENABLE = "enable_collisions"
 BY_DEFAULT = "disable_default_collisions"
-FAMILY = (DISABLE, ENABLE, BY_DEFAULT)
+PAIR = ("link1", "link2", "reason")
+FAMILY = {DISABLE: PAIR, ENABLE: PAIR, BY_DEFAULT: ("link", "reason")}
+# What an element begins with that means one of these, however it is spelt.
+SWITCHES = ("disable", "enable")
 
 # Reasons that are taken, as MoveIt writes them, short and long, and as we do.
 ADJACENT = "Adjacent"
@@ -223,7 +226,8 @@ def _refuse_urdf(source: Source) -> None:
 def _refuse_misplaced(source: Source) -> None:
     """Refuses what speaks of collisions and would be read over.
 
-    A misspelt `enable_collisions` would let a pair touch that must not.
+    A misspelt `enable_collisions` would let a pair touch that must not, and so would
+    an attribute that takes back what its element says.
     """
     found = list(elements(source.root))
     for element in found:
@@ -236,9 +240,18 @@ def _refuse_misplaced(source: Source) -> None:
             above = tag_of(element.getparent())
             problem = f"<{tag}> stands in <{above}>, where nobody reads it"
             raise _error(source, element, problem)
-        if tag not in FAMILY and "collision" in tag.casefold():
+        if tag not in FAMILY and _sounds_like_one(tag):
             problem = f"<{tag}> is not known in an SRDF{guess(tag, FAMILY)}"
             raise _error(source, element, problem)
+        for name in element.attrib if tag in FAMILY else ():
+            if name not in FAMILY[tag]:
+                problem = f"<{tag}> has {name}, which nobody reads"
+                raise _error(source, element, problem + guess(name, FAMILY[tag]))
+
+
+def _sounds_like_one(tag: str) -> bool:
+    word = tag.casefold()
+    return "collision" in word or word.startswith(SWITCHES) or bool(guess(word, FAMILY))
 
 
 def _without_twins(

@@ -73,3 +73,15 @@ def test_robots_made_in_a_loop_do_not_pile_up():
     del arm
     gc.collect()
     assert [reference() for reference in seen] == [None] * 5
+
+
+def test_a_robot_without_joints_stands_still(tmp_path):
+    """It has no entry of q to read: this ended in a traceback."""
+    file = tmp_path / "post.urdf"
+    file.write_text(
+        '<robot name="post"><link name="post"><collision><geometry>'
+        '<box size="0.2 0.2 0.2"/></geometry></collision></link></robot>'
+    )
+    post, near = bc.load_robot(file), scene_of(box("near", (0.1, 0.1, 0.1)))
+    assert bc.check_path(post, scene_of(far_box()), [[], []]).verdict == "clear"
+    assert bc.check_path(post, near, [[], []]).verdict == "contact"

@@ -138,6 +138,14 @@ def test_nothing_given_is_the_same_robot(folder):
     )
 
 
+def test_a_file_for_another_robot_is_told(folder):
+    other = srdf(pair("a", "b", "Always")).replace("sliders", "crane")
+    (told,) = load(folder, other).warnings
+    assert told.endswith("is for a robot called 'crane', not 'sliders'")
+    unnamed = srdf(pair("a", "b", "Always")).replace(' name="sliders"', "")
+    assert load(folder, unnamed).warnings == ()
+
+
 @pytest.mark.parametrize(
     ("request_", "words"),
     [
@@ -152,6 +160,8 @@ def test_nothing_given_is_the_same_robot(folder):
         (("a",), "give two links"),
         (("a", "b", "c"), "give two links"),
         (("a", "x"), "--allow a:x names 'x'"),
+        (None, "--allow None: give two links"),
+        (7, "--allow 7: give two links"),
     ],
 )
 def test_a_pair_that_is_none(request_, words):

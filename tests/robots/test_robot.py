@@ -203,3 +203,22 @@ def test_refusals(tmp_path):
     binary.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(UrdfError, match="not well-formed XML"):
         bc.load_robot(binary)
+
+
+def test_what_answers_are_kept_for_cannot_be_changed():
+    """Chains, packed poses and boxes are made once: a change would be half heard."""
+    robot = bc.load_robot(ROBOTS / "two_link.urdf", base=np.eye(4))
+    joint, part = robot.model.tree.joints[0], robot.parts[0]
+    shapes = [s for link in robot.model.tree.links for s in link.collisions]
+    kept = [robot.T_scene_root, robot.T_scene_base, joint.origin, joint.axis]
+    kept += [shapes[0].origin, part.mesh.bounds, part.mesh.vertices, part.mesh.corners]
+    for array in kept:
+        with pytest.raises(ValueError, match="read-only"):
+            array += 1.0
+
+
+def test_a_base_changed_after_loading_moves_nothing():
+    base = np.eye(4)
+    robot = bc.load_robot(ROBOTS / "two_link.urdf", base=base)
+    base[0, 3] = 1.0
+    np.testing.assert_array_equal(robot.T_scene_root, np.eye(4))

@@ -91,6 +91,20 @@ ONE_LINE = {
         '<enable_collision link1="a" link2="b"/>',
         r"<enable_collision> is not known .*did you mean 'enable_collisions'\?",
     ),
+    "misspelt in its second word": (
+        '<enable_colisions link1="a" link2="b"/>',
+        r"<enable_colisions> is not known .*did you mean 'enable_collisions'\?",
+    ),
+    "misspelt in both": ('<enabel_colision link1="a" link2="b"/>', "is not known"),
+    "another word for it": ('<Enable-Contact link1="a" link2="b"/>', "is not known"),
+    "taken back": (
+        '<disable_collisions link1="a" link2="b" reason="Always" enabled="false"/>',
+        "<disable_collisions> has enabled, which nobody reads",
+    ),
+    "a misspelt attribute": (
+        '<disable_collisions link1="a" link2="b" raeson="Never"/>',
+        r"has raeson, which nobody reads; did you mean 'reason'\?",
+    ),
     "of another namespace": (
         '<m:disable_collisions xmlns:m="m" link1="a" link2="b"/>',
         "<m:disable_collisions> is not known",
@@ -165,3 +179,9 @@ def test_pairs_of_a_hostile_file_have_an_end(tmp_path):
 def test_a_long_reason_is_cut(tmp_path):
     (found,) = read(tmp_path, srdf(pair("a", "b", "x" * 9000))).pairs
     assert found.reason == "x" * 117 + "..."
+
+
+@pytest.mark.parametrize("tag", ["gripper", "group", "specificities", "rotor_params"])
+def test_what_speaks_of_something_else_is_let_pass(tmp_path, tag):
+    found = read(tmp_path, srdf(f'<{tag} name="x" any="thing"/>', pair("a", "b")))
+    assert names(found.pairs) == {"ab"}

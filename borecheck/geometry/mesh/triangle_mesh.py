@@ -7,6 +7,7 @@ from hashlib import sha256
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.se3 import frozen
 from borecheck.errors import GeometryError
 
 
@@ -52,7 +53,7 @@ class TriangleMesh:
     def bounds(self) -> NDArray[np.float64]:
         """Smallest and largest coordinates of the used vertices, (2, 3), [m]."""
         used = self.corners.reshape(-1, 3)
-        return np.stack([used.min(axis=0), used.max(axis=0)])
+        return frozen(np.stack([used.min(axis=0), used.max(axis=0)]))
 
     @cached_property
     def sha256(self) -> str:

@@ -97,6 +97,8 @@ class JointChain:
     def thetas(self, q: ArrayLike) -> Array:
         """Joint values (..., n) of configurations (..., nq); 0 for fixed joints."""
         q = np.asarray(q, dtype=np.float64)
+        if self.joint_count == 0:  # nothing that an entry of q could move
+            return np.zeros((*q.shape[:-1], self.frame_count))
         values = self.factor * q[..., self.source] + self.offset
         values[..., self.kind == FIXED] = 0.0
         return np.ascontiguousarray(values)

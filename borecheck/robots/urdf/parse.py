@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.core.se3 import transform
+from borecheck.core.se3 import frozen, transform
 from borecheck.robots.urdf import source as urdf_source
 from borecheck.robots.urdf.attributes import first, number, numbers
 from borecheck.robots.urdf.draft import UrdfDraft
@@ -96,7 +96,7 @@ def _inertial(element: Any) -> Inertial | None:
 def _shape(source: Source, element: Any) -> Shape:
     return Shape(
         name=element.get("name"),
-        origin=transform(*_origin(element)),
+        origin=frozen(transform(*_origin(element))),
         geometry=_geometry(children(first(element, "geometry"))[0]),
         place=source.place(element),
     )
@@ -125,7 +125,7 @@ def _joint(source: Source, joint: DraftJoint) -> Joint:
         child=joint.child or "",
         xyz=xyz,
         rpy=rpy,
-        axis=_axis(joint),
+        axis=frozen(_axis(joint)),
         limits=_limits(joint.limit),
         mimic=_mimic(joint.mimic),
         place=source.place(joint.element),

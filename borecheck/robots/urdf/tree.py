@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.core.se3 import transform
+from borecheck.core.se3 import frozen, transform
 from borecheck.robots.urdf.source import Place
 
 Array = NDArray[np.float64]
@@ -133,7 +133,7 @@ class Joint:
     @cached_property
     def origin(self) -> Array:
         """T_parent_child at position zero, (4, 4)."""
-        return transform(self.xyz, self.rpy)
+        return frozen(transform(self.xyz, self.rpy))
 
 
 @dataclass(frozen=True, eq=False)
