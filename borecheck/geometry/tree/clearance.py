@@ -121,22 +121,13 @@ def approach(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Narrows `answer` by one mesh against another, their relation given.
 
-    Args:
-        tree_a: As in `query.walk`, like all arguments not listed here.
-        slot_a: The box of a to begin with, 8 node + slot.
-        T_a: ...
-        tree_b: ...
-        slot_b: The box of b to begin with.
-        T_b: ...
-        b_is_world: ...
-        relation: ...
-        scale: 1 + relative tolerance: boxes are dropped when `scale` times their gap
-            reaches the least distance found.
-        cutoff: Boxes whose gap reaches this are dropped, [m].
-        stop: The walk ends when something this near is found, [m].
-        scratch: Stack (k, 2) int64, bounds (k,), probe (19,), gaps (8,), float32.
-        answer: (6,): LOWER and UPPER are lowered; initially infinite, or what other
-            meshes gave.
+    Trees are (nodes, children, corners), placements (3, 4). The walk begins with the
+    boxes of `slot_a` and `slot_b`, 8 node + slot. Boxes are dropped when `scale` (1 +
+    relative tolerance) times their gap reaches the least distance found, or their gap
+    the `cutoff` [m]. The walk ends when something as near as `stop` [m] is found.
+    `scratch`: a stack (k, 2) int64, bounds (k,), a probe (19,), gaps (8,), float32.
+    Of `answer`, (6,), LOWER and UPPER are lowered; they are infinite at first, or what
+    other meshes gave.
     """
     nodes_a, children_a, corners_a = tree_a
     nodes_b, children_b, corners_b = tree_b
@@ -221,6 +212,55 @@ def guess(  # type: ignore[no-untyped-def]
     answer[LOWER] = lower
 
 
+@kernel(**INLINE)
+def side(nodes, corners, frames):  # type: ignore[no-untyped-def]
+    """Trees of one side, as `narrow` takes them."""
+    return nodes, nodes.view(np.int32), corners, frames
+
+
+@kernel(**INLINE)
+def room_for(depths):  # type: ignore[no-untyped-def]
+    """What walks write in: a relation, two placements, scratch of `approach`."""
+    room = stack_room(depths)
+    stack, bounds = np.empty((room, 2), np.int64), np.empty(room, F32)
+    scratch = (stack, bounds, np.empty(PROBE_COLUMNS, F32), np.empty(WIDTH, F32))
+    return np.empty(RELATION_SHAPE, F32), np.empty((3, 4)), np.empty((3, 4)), scratch
+
+
+@kernel
+def narrow(  # type: ignore[no-untyped-def]
+    side_a, a, placements_a, i, side_b, b, placements_b, j,
+    room, scale, cutoff, stop, answer,
+):  # fmt: skip
+    """Narrows `answer` by one placed mesh against another; see `approach`.
+
+    Mesh a of side a stands where pose i says, mesh b where pose j does.
+    """
+    nodes_a, children_a, corners_a, frames_a = side_a
+    nodes_b, children_b, corners_b, frames_b = side_b
+    tree_a, tree_b = (nodes_a, children_a, corners_a), (nodes_b, children_b, corners_b)
+    relation, T_a, T_b, scratch = room
+    copy_placement(placements_a, i, a, T_a)
+    copy_placement(placements_b, j, b, T_b)
+    motion_a, motion_b = motion_of(T_a), motion_of(T_b)
+    b_is_world = is_identity(motion_b)
+    M = relate(motion_a, motion_b, b_is_world, frames_a, a, frames_b, b)
+    slack = slack_of(M, motion_a, motion_b, frames_a, a, frames_b, b, 0.0)
+    keep_relation(M, slack, 0, relation)
+    keep_relation(undo(M), slack, 1, relation)
+    root_a, root_b = int(frames_a[a, ROOT]), int(frames_b[b, ROOT])
+    # What other meshes gave is a guess as good as any.
+    if stop < 0.0 and answer[UPPER] == np.inf:
+        guess(
+            tree_a, root_a, T_a, tree_b, root_b, T_b, b_is_world,
+            relation, scratch, answer,
+        )  # fmt: skip
+    approach(
+        tree_a, 8 * root_a, T_a, tree_b, 8 * root_b, T_b, b_is_world,
+        relation, scale, cutoff, stop, scratch, answer,
+    )  # fmt: skip
+
+
 @kernel
 def nearest(  # type: ignore[no-untyped-def]
     nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
@@ -234,38 +274,21 @@ def nearest(  # type: ignore[no-untyped-def]
     (n, 1, 6), the least of all pairs; it is filled from begin to end, and poses whose
     UPPER is 0 are left as they are.
     """
-    relation = np.zeros(RELATION_SHAPE, F32)
-    T_a, T_b = np.zeros((3, 4)), np.zeros((3, 4))
-    room = stack_room(depths)
-    stack, bounds = np.zeros((room, 2), np.int64), np.zeros(room, F32)
-    scratch = (stack, bounds, np.zeros(PROBE_COLUMNS, F32), np.zeros(WIDTH, F32))
-    tree_a = (nodes_a, nodes_a.view(np.int32), corners_a)
-    tree_b = (nodes_b, nodes_b.view(np.int32), corners_b)
+    room = room_for(depths)
+    side_a, side_b = (
+        side(nodes_a, corners_a, frames_a),
+        side(nodes_b, corners_b, frames_b),
+    )
     for i in range(begin, end):
         for k in range(len(pairs)):
             answer = answers[i, k if answers.shape[1] > 1 else 0]
             if answer[UPPER] == 0.0 or answer[UPPER] <= stop:
                 continue
             before = answer[UPPER]
-            a, b = pairs[k, 0], pairs[k, 1]
-            copy_placement(placements_a, i, a, T_a)
-            copy_placement(placements_b, i if b_moves else 0, b, T_b)
-            motion_a, motion_b = motion_of(T_a), motion_of(T_b)
-            b_is_world = is_identity(motion_b)
-            M = relate(motion_a, motion_b, b_is_world, frames_a, a, frames_b, b)
-            slack = slack_of(M, motion_a, motion_b, frames_a, a, frames_b, b, 0.0)
-            keep_relation(M, slack, 0, relation)
-            keep_relation(undo(M), slack, 1, relation)
-            root_a, root_b = int(frames_a[a, ROOT]), int(frames_b[b, ROOT])
-            # What other meshes gave is a guess as good as any.
-            if stop < 0.0 and answer[UPPER] == np.inf:
-                guess(
-                    tree_a, root_a, T_a, tree_b, root_b, T_b, b_is_world,
-                    relation, scratch, answer,
-                )  # fmt: skip
-            approach(
-                tree_a, 8 * root_a, T_a, tree_b, 8 * root_b, T_b, b_is_world,
-                relation, scale, cutoff, stop, scratch, answer,
+            narrow(
+                side_a, pairs[k, 0], placements_a, i,
+                side_b, pairs[k, 1], placements_b, i if b_moves else 0,
+                room, scale, cutoff, stop, answer,
             )  # fmt: skip
             if answer[UPPER] < before:
                 answer[PAIR] = k

@@ -14,7 +14,9 @@ from borecheck.geometry.tree.clearance import (
     SLOT_A,
     SLOT_B,
     UPPER,
-    nearest,
+    narrow,
+    room_for,
+    side,
 )
 
 # First roughly: a small UPPER lets nearly all boxes of the exact round be dropped.
@@ -68,6 +70,11 @@ def nearest_first(  # type: ignore[no-untyped-def]
 
     Arguments as there. Of pairs at equal distance another one may be named.
     """
+    room = room_for(depths)
+    side_a, side_b = (
+        side(nodes_a, corners_a, frames_a),
+        side(nodes_b, corners_b, frames_b),
+    )
     count = len(pairs)
     gaps, left = np.empty(count), np.empty(count)
     reach_a = np.empty((len(frames_a), 2, 3))
@@ -95,10 +102,10 @@ def nearest_first(  # type: ignore[no-untyped-def]
                     break
                 left[k] = np.inf
                 before, slot_a, slot_b = answer[UPPER], answer[SLOT_A], answer[SLOT_B]
-                nearest(
-                    nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
-                    pairs[k : k + 1], placements_a, placements_b, b_moves, i, i + 1,
-                    depths, share, np.inf, -1.0, answers,
+                narrow(
+                    side_a, pairs[k, 0], placements_a, i,
+                    side_b, pairs[k, 1], placements_b, i if b_moves else 0,
+                    room, share, np.inf, -1.0, answer,
                 )  # fmt: skip
                 if answer[UPPER] < before:
                     answer[PAIR] = k
@@ -118,7 +125,12 @@ def comes_near(  # type: ignore[no-untyped-def]
     """
     reach_a = np.empty((len(frames_a), 2, 3))
     reach_b = np.empty((len(frames_b), 2, 3))
-    answers = np.empty((len(placements_a), 1, 6))
+    answer = np.empty(6)
+    room = room_for(depths)
+    side_a, side_b = (
+        side(nodes_a, corners_a, frames_a),
+        side(nodes_b, corners_b, frames_b),
+    )
     if not b_moves:
         world_boxes(nodes_b, frames_b, placements_b, 0, reach_b)
     for i in range(len(placements_a)):
@@ -130,14 +142,13 @@ def comes_near(  # type: ignore[no-untyped-def]
         for k in range(len(pairs)):
             if gap_between(reach_a, pairs[k, 0], reach_b, pairs[k, 1]) > margin:
                 continue
-            answer = answers[i, 0]
             answer[LOWER], answer[UPPER] = np.inf, np.inf
             answer[SLOT_A], answer[SLOT_B] = -1.0, -1.0
             # Distances that cannot be told from the margin are looked at as well.
-            nearest(
-                nodes_a, corners_a, frames_a, nodes_b, corners_b, frames_b,
-                pairs[k : k + 1], placements_a, placements_b, b_moves, i, i + 1,
-                depths, 1.0, margin * (1.0 + 1e-9), margin, answers,
+            narrow(
+                side_a, pairs[k, 0], placements_a, i,
+                side_b, pairs[k, 1], placements_b, i if b_moves else 0,
+                room, 1.0, margin * (1.0 + 1e-9), margin, answer,
             )  # fmt: skip
             if answer[UPPER] <= margin:
                 near[i], which[i] = NEAR, k
