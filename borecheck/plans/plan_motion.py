@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from borecheck.core.se3 import inverse
 from borecheck.errors import BorecheckError, UsageError
 from borecheck.plans.corridor import Corridor
+from borecheck.plans.needle_line import NeedleLine
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.robots.description import RobotDescription, hook
 from borecheck.robots.model import RobotModel
@@ -58,7 +59,8 @@ def plan_motion(
         standoff: Length of the approach, [m].
 
     Raises:
-        UsageError: The robot has no inverse kinematics, or the plan another mount.
+        UsageError: The robot has no inverse kinematics, or one that brings the needle
+            elsewhere than the URDF says; or the plan has another mount.
         UnreachableError: The plan is out of reach.
     """
     description = robot.description
@@ -74,8 +76,12 @@ def plan_motion(
         count = int(np.ceil((standoff + depth) / STEP)) + 1
         stations = [(d, 0.0) for d in np.linspace(-standoff, depth, count)]
     solver = _Solver(robot, description, plan, direction)
+    line = NeedleLine(robot, description, plan.name, entry, direction)
     for distance, insertion in stations:
         solver.add(entry + distance * direction, insertion)
+        line.hold(solver.waypoints[-1], distance)
+    if description.insertion_joint is not None:
+        line.hold(0.5 * (solver.waypoints[-2] + solver.waypoints[-1]), 0.5 * depth)
     corridor = Corridor(entry, target, description.needle_radius)
     return PlanMotion(plan, np.array(solver.waypoints), corridor)
 
