@@ -73,6 +73,6 @@ class NeedleLine:
         raise UsageError(
             f"plan {self._name}: by the URDF of {self._robot.name} the needle's tip "
             f"({self._frame}) is {1e3 * off:.3f} mm from where inverse kinematics "
-            f"is to bring it, {1e3 * distance:.1f} mm from the entry along the line, and "
-            f"turned by {turned:.3g}: that motion is not the plan's"
+            f"is to bring it, {1e3 * distance:.1f} mm from the entry along its line, "
+            f"and turned by {turned:.3g}: that motion is not the plan's"
         )
