@@ -1,6 +1,6 @@
 """The collision geometry of a URDF: triangles per link, in the link's own frame."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -64,8 +64,9 @@ def collision_parts(
     Raises:
         MeshError: A mesh that is missing, out of reach or cannot be read.
     """
+    links = {link.name for link in tree.links}
     return tuple(
-        _part(link, index, file, roots, read)
+        _part(link, index, _name(link, index, links), file, roots, read)
         for link in tree.links
         for index, shape in enumerate(link.collisions or link.visuals)
         if shape.has_size
@@ -98,11 +99,20 @@ def links_without_collision(tree: UrdfTree) -> tuple[str, ...]:
     )
 
 
+def _name(link: Link, index: int, links: Collection[str]) -> str:
+    """The link, numbered where it has several shapes; no two parts are called alike."""
+    if len(link.collisions or link.visuals) == 1:
+        return link.name
+    name = f"{link.name}[{index}]"
+    while name in links:
+        name += "'"
+    return name
+
+
 def _part(
-    link: Link, index: int, file: Path | None, roots: Roots, read: Reader
+    link: Link, index: int, name: str, file: Path | None, roots: Roots, read: Reader
 ) -> Part:
     shapes = link.collisions or link.visuals
-    name = link.name if len(shapes) == 1 else f"{link.name}[{index}]"
     geometry, T = shapes[index].geometry, shapes[index].origin
     if not isinstance(geometry, Mesh):
         return Part(link.name, primitive(name, geometry).moved(T))

@@ -131,6 +131,17 @@ def test_several_shapes_of_a_link_are_all_there_and_do_not_meet_each_other(tmp_p
     assert robot.self_pairs == ()
 
 
+def test_no_two_parts_are_called_alike(tmp_path):
+    """A contact of the one was told as the other link's."""
+    far = BOX.replace("<geometry>", "<origin xyz='0 0 5'/><geometry>")
+    links = {"a": BOX + far, "a[1]": BOX}
+    file = write_robot(tmp_path, links, [("prismatic", "a", "a[1]", SLIDE)])
+    robot = bc.load_robot(file)
+    names = [part.mesh.name for part in robot.parts]
+    assert names == ["a[0]", "a[1]'", "a[1]"]
+    assert [part.link for part in robot.parts] == ["a", "a", "a[1]"]
+
+
 def test_the_second_shape_of_a_link_is_checked_too(tmp_path):
     from borecheck.geometry.mesh.primitives import box
     from borecheck.geometry.mesh_files.reading import write_stl
