@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from borecheck.errors import UnknownNameError
 from borecheck.robots.description import Description
+from borecheck.robots.description_names import check_names
 from borecheck.robots.generated_meshes import mesh_folder
 from borecheck.robots.model import RobotModel
 from borecheck.robots.urdf.xacro.cache import expanded_text
@@ -35,4 +36,6 @@ def build_installed(
     if folder is not None:
         complete["mesh_dir"] = str(folder)
     text = expanded_text(description.xacro, complete)
-    return RobotModel(text, str(description.xacro)), text
+    model = RobotModel(text, str(description.xacro))
+    check_names(description, model)
+    return model, text
