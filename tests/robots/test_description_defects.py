@@ -61,9 +61,6 @@ def test_sound_descriptions_load_and_numbers_become_text(make):
     assert robot.arguments["width"].default == "2"
     assert robot.arguments["width"].choices == ("1", "2", "0.5")
     make(ScannerDescription, roles={"base": "couch"}, points={"side": "a point"})
-    # with a choice, a link may be there with another one only
-    chosen = {"width": Argument("1", "", choices=("1", "2"))}
-    make(ScannerDescription, arguments=chosen, roles={"base": "couch", "wide": "couch"})
 
 
 ROBOT_DEFECTS = [
