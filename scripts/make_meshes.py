@@ -12,8 +12,7 @@ import numpy as np
 
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.reading import read_mesh, write_stl
-from borecheck.robots.description import Description, hook
-from borecheck.robots.installed import installed, installed_names
+from borecheck.robots.description import Description, hook, installed, installed_names
 
 # STL holds float32: 1 m is rounded by 6e-8 m; libraries differ in the last bit of sin.
 TOLERANCE = 1e-6

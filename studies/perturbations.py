@@ -13,7 +13,7 @@ import sys
 
 import numpy as np
 
-from borecheck.robots.installed import installed_names
+from borecheck.robots.description import installed_names
 from borecheck.robots.kinematics.configurations import sample_configurations
 from borecheck.robots.kinematics.perturbation import unseen_perturbations
 from borecheck.robots.robot import Robot, load_robot

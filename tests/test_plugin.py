@@ -2,13 +2,11 @@
 
 import json
 import os
-import re
 import subprocess
 import sys
 
 import pytest
 
-from borecheck.cli import main
 from tests.places import PROJECT
 
 EXAMPLE = PROJECT / "examples" / "tilt_arm"
@@ -60,45 +58,3 @@ def test_the_example_imports_nothing_but_the_public_door():
         for line in file.read_text().splitlines():
             if line.startswith(("import borecheck", "from borecheck")):
                 assert line.startswith("from borecheck.plugin import"), file
-
-
-BROKEN = {
-    "syntax": ("def (", "cannot be loaded: SyntaxError", "broken_syntax.py, line 1"),
-    "gone": (
-        "import no_such_thing",
-        "No module named 'no_such_thing",
-        "",
-    ),
-    "field": (
-        "from borecheck.plugin import RobotDescription\nRobotDescription(nam=1)",
-        "cannot be loaded: TypeError: .*unexpected keyword argument 'nam'",
-        "broken_field.py, line 2",
-    ),
-    "kind": ("ROBOT = 3", "is int, not RobotDescription", ""),
-}
-
-
-@pytest.mark.parametrize("what", BROKEN)
-def test_a_broken_package_is_one_line_and_takes_no_other_down(
-    what, tmp_path, monkeypatch, capsys
-):
-    text, line, place = BROKEN[what]
-    name = f"broken_{what}"
-    (tmp_path / f"{name}.py").write_text(text)
-    metadata = tmp_path / f"{name}-1.dist-info"
-    metadata.mkdir()
-    (metadata / "METADATA").write_text(
-        f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n"
-    )
-    entry = f"[borecheck.robots]\n{name} = {name}:ROBOT\n"
-    (metadata / "entry_points.txt").write_text(entry)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    assert main(["robots"]) == 2
-    told = capsys.readouterr()
-    assert "robot zerobot: " in told.out
-    assert "scanner ct_gantry: " in told.out
-    assert re.search(rf"^borecheck: error: robot package {name}.*{line}", told.err)
-    assert place in told.err
-    assert told.err.count("\n") == 1
-    assert main(["check", name, "ct_gantry", "--q", "home"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1

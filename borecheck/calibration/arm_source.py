@@ -7,9 +7,8 @@ from pathlib import Path
 from borecheck.calibration.serial_arm import SerialArm, serial_arm
 from borecheck.calibration.setup import CalibrationSetup, setup_of
 from borecheck.errors import UnknownNameError
-from borecheck.robots.description import RobotDescription
+from borecheck.robots.description import RobotDescription, installed, installed_names
 from borecheck.robots.from_description import complete_arguments
-from borecheck.robots.installed import installed, installed_names
 from borecheck.robots.robot_file import read_urdf
 from borecheck.robots.urdf.parse import build
 from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots

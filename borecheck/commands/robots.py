@@ -4,19 +4,17 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Callable, Sequence
 from typing import Any
 
 from borecheck.core.result_file import SCHEMA_VERSION
-from borecheck.core.text import in_lines, one_line
-from borecheck.errors import BorecheckError
+from borecheck.core.text import in_lines
 from borecheck.robots.description import (
     Description,
     RobotDescription,
     ScannerDescription,
+    installed,
+    installed_names,
 )
-from borecheck.robots.description_fields import HOOKS
-from borecheck.robots.installed import installed, installed_names, plugin_hook
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,8 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Prints robots and scanners."""
-    robots, broken = _described("robots", _robot)
-    scanners, more = _described("scanners", _scanner)
+    robots = [_robot(name) for name in installed_names("robots")]
+    scanners = [_scanner(name) for name in installed_names("scanners")]
     if args.format == "json":
         document = {
             "schema_version": SCHEMA_VERSION,
@@ -35,32 +33,11 @@ def run(args: argparse.Namespace) -> int:
             "scanners": scanners,
         }
         sys.stdout.write(json.dumps(document, indent=2) + "\n")
-        return _told([*broken, *more])
+        return 0
     for kind, things in (("robot", robots), ("scanner", scanners)):
         for thing in things:
             sys.stdout.write(in_lines([*_lines(kind, thing), ""]))
-    return _told([*broken, *more])
-
-
-def _described(
-    group: str, describe: Callable[[str], dict[str, Any]]
-) -> tuple[list[dict[str, Any]], list[BorecheckError]]:
-    """What the sound packages bring, and what is wrong with the others."""
-    found, broken = [], []
-    for name in installed_names(group):
-        try:
-            found.append(describe(name))
-        except BorecheckError as error:
-            broken.append(error)
-    return found, broken
-
-
-def _told(broken: Sequence[BorecheckError]) -> int:
-    """The exit status, after a line for each package that cannot be used."""
-    sys.stdout.flush()  # the list first, where both go to one place
-    for error in broken:
-        sys.stderr.write(f"borecheck: error: {one_line(error)}\n")
-    return 2 if broken else 0
+    return 0
 
 
 def _robot(name: str) -> dict[str, Any]:
@@ -83,9 +60,6 @@ def _scanner(name: str) -> dict[str, Any]:
 
 
 def _common(description: Description) -> dict[str, Any]:
-    for field in HOOKS:
-        if getattr(description, field, None):
-            plugin_hook(description, field, lambda _: None)  # it is there
     return {
         "name": description.name,
         "title": description.title,
@@ -106,16 +80,12 @@ def _common(description: Description) -> dict[str, Any]:
 
 def _joints(description: Description) -> list[dict[str, Any]]:
     """Free joints in the order of q, from the URDF with default arguments."""
-    from borecheck.robots.description_names import check_names
-    from borecheck.robots.model import RobotModel
     from borecheck.robots.urdf.mimic import resolve
-    from borecheck.robots.urdf.xacro.cache import expanded_text
+    from borecheck.robots.urdf.parse import parse
+    from borecheck.robots.urdf.reach import ANYWHERE
+    from borecheck.robots.urdf.xacro import expand
 
-    defaults = {name: a.default for name, a in description.arguments.items()}
-    text = expanded_text(description.xacro, defaults)
-    model = RobotModel(text, str(description.xacro))
-    check_names(description, model)
-    tree = model.tree
+    tree = parse(expand(description.xacro, roots=ANYWHERE).text, str(description.xacro))
     follows = resolve(tree.joints)
     moving = [j for j in tree.joints if j.type != "fixed" and j.name not in follows]
     return [

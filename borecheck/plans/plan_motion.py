@@ -1,6 +1,5 @@
 """From a needle plan to a motion of the robot: stand-off, entry, target."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,8 +11,7 @@ from borecheck.errors import BorecheckError, UsageError
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_line import NeedleLine
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.robots.description import RobotDescription
-from borecheck.robots.installed import plugin_hook
+from borecheck.robots.description import RobotDescription, hook
 from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot
 
@@ -129,23 +127,6 @@ def nearest_turn(model: RobotModel, q: Array, before: Array) -> Array:
     return np.where(turns, q + whole, q)
 
 
-def _not_solutions(description: RobotDescription) -> Callable[[Any], str | None]:
-    """What is wrong with what the inverse hook returned."""
-    count = len(description.joints)
-
-    def problem(result: Any) -> str | None:
-        found: Any = getattr(result, "configurations", None)
-        rejected = getattr(result, "rejected", None)
-        if not all(isinstance(given, tuple | list) for given in (found, rejected)):
-            return "it is to be Solutions((q, ...), (line, ...))"
-        for q in found:
-            if np.shape(q) != (count,) or not np.all(np.isfinite(q)):
-                return f"configuration {np.asarray(q).tolist()} is not {count} numbers"
-        return None
-
-    return problem
-
-
 class _Solver:
     """Inverse kinematics along a line, staying on one branch."""
 
@@ -159,7 +140,7 @@ class _Solver:
         self._robot = robot
         self._description = description
         self._plan = plan
-        self._inverse = plugin_hook(description, "inverse", _not_solutions(description))
+        self._inverse = hook(description.inverse or "")
         self._T_base_scene = inverse(robot.T_scene_base)
         self._direction = self._T_base_scene[:3, :3] @ direction
         self._arguments = {

@@ -1,4 +1,4 @@
-"""A robot or a scanner as data; `robots.installed` finds those that are installed.
+"""A robot or a scanner as data, and where installed ones are found.
 
 Robots and scanners plug in from above through the entry-point groups
 `borecheck.robots` and `borecheck.scanners`; nothing here knows one by name.
@@ -7,7 +7,9 @@ Hooks are texts `module:function`, imported only when they are needed.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.core.units import parse_angle, parse_length
-from borecheck.errors import UsageError
+from borecheck.errors import UnknownNameError, UsageError
 
 LEVELS = ("coarse", "middle", "fine")
 
@@ -27,10 +29,9 @@ class Argument:
     """An argument of a xacro file.
 
     Attributes:
-        default: The text xacro gets when the user says nothing; a number is taken
-            as its text.
+        default: The text xacro gets when the user says nothing.
         meaning: One line for `borecheck robots`, with the source of the default.
-        choices: The allowed texts or numbers, or empty for any quantity.
+        choices: The allowed texts, or empty for any quantity.
         quantity: "length" or "angle": the user may type a unit; xacro gets SI.
         shapes: Whether meshes depend on it, so that they are generated for it.
     """
@@ -40,13 +41,6 @@ class Argument:
     choices: tuple[str, ...] = ()
     quantity: str | None = None
     shapes: bool = False
-
-    def __post_init__(self) -> None:
-        """Numbers become the text that xacro gets; other kinds are refused later."""
-        object.__setattr__(self, "default", _as_text(self.default))
-        if isinstance(self.choices, tuple | list):
-            choices = tuple(_as_text(choice) for choice in self.choices)
-            object.__setattr__(self, "choices", choices)
 
     def value(self, name: str, text: str) -> str:
         """The text for xacro, checked against the choices, in SI.
@@ -64,11 +58,6 @@ class Argument:
                 raise UsageError(f"argument {name}={text} is none of {listed}")
             text = number
         return text
-
-
-def _as_text(value: Any) -> Any:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return str(value) if is_number else value
 
 
 def _same_number(text: str, choices: Sequence[str]) -> str | None:
@@ -199,3 +188,39 @@ def hook(reference: str) -> Callable[..., Any]:
     module, _, function = reference.partition(":")
     found: Callable[..., Any] = getattr(import_module(module), function)
     return found
+
+
+def installed_names(group: str) -> list[str]:
+    """Names in the entry-point group `borecheck.<group>`, sorted."""
+    return sorted(_entries(group))
+
+
+@cache
+def installed_folders() -> tuple[Path, ...]:
+    """Folders of all installed descriptions, and of the meshes shipped with them."""
+    found: list[Path] = []
+    for group in ("robots", "scanners"):
+        for name in installed_names(group):
+            try:
+                description: Description = installed(group, group, name)
+            except (ImportError, AttributeError):
+                continue  # a plug-in that cannot be loaded brings no files
+            found.append(description.xacro.parent)
+            found += [] if description.shipped is None else [description.shipped]
+    return tuple(found)
+
+
+def installed(group: str, kind: str, name: str) -> Any:
+    """The installed description of that name.
+
+    Raises:
+        UnknownNameError: None is installed; lists those that are.
+    """
+    entries = _entries(group)
+    if name not in entries:
+        raise UnknownNameError(kind, name, sorted(entries))
+    return entries[name].load()
+
+
+def _entries(group: str) -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=f"borecheck.{group}")}

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 from borecheck.errors import UnknownNameError
 from borecheck.robots.description import Description
-from borecheck.robots.description_names import check_names
 from borecheck.robots.generated_meshes import mesh_folder
 from borecheck.robots.model import RobotModel
 from borecheck.robots.urdf.xacro.cache import expanded_text
@@ -36,6 +35,4 @@ def build_installed(
     if folder is not None:
         complete["mesh_dir"] = str(folder)
     text = expanded_text(description.xacro, complete)
-    model = RobotModel(text, str(description.xacro))
-    check_names(description, model)
-    return model, text
+    return RobotModel(text, str(description.xacro)), text

@@ -6,15 +6,12 @@ import tempfile
 from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 from borecheck.core.cache import cache_folder
 from borecheck.core.private_folder import make_private
 from borecheck.errors import BorecheckError, UnknownNameError
-from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.reading import write_stl
-from borecheck.robots.description import LEVELS, Description
-from borecheck.robots.installed import plugin_hook
+from borecheck.robots.description import LEVELS, Description, hook
 
 
 def mesh_folder(
@@ -82,18 +79,10 @@ def _generator_sources(module: str) -> list[Path]:
     return sorted(path for folder in folders for path in folder.glob("*.py"))
 
 
-def _not_meshes(result: Any) -> str | None:
-    if isinstance(result, Mapping) and all(
-        isinstance(mesh, TriangleMesh) for mesh in result.values()
-    ):
-        return None
-    return "it is to be {file stem: TriangleMesh}"
-
-
 def _generate(
     description: Description, level: str, arguments: Mapping[str, str], folder: Path
 ) -> None:
-    meshes = plugin_hook(description, "meshes", _not_meshes)(level, dict(arguments))
+    meshes = hook(description.meshes)(level, dict(arguments))
     try:
         make_private(folder.parent)
         made = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".making-"))

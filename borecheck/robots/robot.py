@@ -18,9 +18,8 @@ from borecheck.robots.allowed import (
     allowances_of,
     unasked,
 )
-from borecheck.robots.description import RobotDescription
+from borecheck.robots.description import RobotDescription, installed, installed_names
 from borecheck.robots.from_description import build_installed, complete_arguments
-from borecheck.robots.installed import installed, installed_names
 from borecheck.robots.model import RobotModel
 from borecheck.robots.neighbours import Joined
 from borecheck.robots.parts import (

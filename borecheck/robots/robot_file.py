@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from borecheck.errors import UnknownNameError, UsageError
-from borecheck.robots.installed import installed_names
+from borecheck.robots.description import installed_names
 from borecheck.robots.urdf.reach import NO_ROOTS, Roots
 from borecheck.robots.urdf.source import Source, read
 from borecheck.robots.urdf.text import read_bytes

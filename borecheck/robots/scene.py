@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 from borecheck.core.units import parse_joint_value
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.geometry.triangles.placing import place_mesh
-from borecheck.robots.description import ScannerDescription
+from borecheck.robots.description import (
+    ScannerDescription,
+    installed,
+    installed_names,
+)
 from borecheck.robots.from_description import build_installed, complete_arguments
-from borecheck.robots.installed import installed, installed_names
 from borecheck.robots.model import RobotModel
 from borecheck.robots.obstacle_files import (
     REFERENCE_SIZE,

@@ -6,8 +6,13 @@ import pytest
 
 import borecheck as bc
 from borecheck.errors import UnknownNameError, UsageError
-from borecheck.robots.description import ROLES, Argument, hook
-from borecheck.robots.installed import installed, installed_names
+from borecheck.robots.description import (
+    ROLES,
+    Argument,
+    hook,
+    installed,
+    installed_names,
+)
 
 KINDS = {"robots": "robot", "scanners": "scanner"}
 ALL = [(group, name) for group in KINDS for name in installed_names(group)]

@@ -11,9 +11,9 @@ import borecheck as bc
 from borecheck.errors import BorecheckError, UnknownNameError
 from borecheck.geometry.mesh_files.reading import read_mesh
 from borecheck.robots import generated_meshes
+from borecheck.robots.description import installed
 from borecheck.robots.from_description import complete_arguments
 from borecheck.robots.generated_meshes import mesh_folder
-from borecheck.robots.installed import installed
 
 
 @pytest.fixture

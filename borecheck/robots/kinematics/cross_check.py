@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import GeometryError
-from borecheck.robots.installed import plugin_hook
+from borecheck.robots.description import hook
 from borecheck.robots.kinematics import sources
 from borecheck.robots.kinematics.agreement import Disagreement, Tolerances, differences
 from borecheck.robots.kinematics.sources import Placements, RobotLike
@@ -172,9 +172,7 @@ def _parameters(robot: RobotLike) -> dict[str, float]:
     description = robot.description
     if description is None or description.dimensions is None:
         return {}
-    named: Callable[..., dict[str, float]] = plugin_hook(
-        description, "dimensions", sources.not_numbers
-    )
+    named: Callable[..., dict[str, float]] = hook(description.dimensions)
     return named(**sources.closed_form_arguments(robot))
 
 

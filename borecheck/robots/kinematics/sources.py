@@ -7,7 +7,6 @@ and an offset, per frame a link's name.
 """
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from io import BytesIO
 from typing import Any, Protocol
 from xml.etree import ElementTree
@@ -17,8 +16,7 @@ from numpy.typing import NDArray
 
 from borecheck.core.se3 import inverse
 from borecheck.errors import UnknownNameError, UsageError
-from borecheck.robots.description import RobotDescription
-from borecheck.robots.installed import plugin_hook
+from borecheck.robots.description import RobotDescription, hook
 from borecheck.robots.model import RobotModel
 
 Array = NDArray[np.float64]
@@ -66,8 +64,7 @@ def analytic(
     description = robot.description
     if description is None or description.forward is None:
         return None
-    frames = compared_frames(robot)
-    forward = plugin_hook(description, "forward", partial(_not_placements, frames))
+    forward = hook(description.forward)
     arguments = closed_form_arguments(robot)
     if perturbed:
         arguments["perturbed"] = dict(perturbed)
@@ -78,28 +75,6 @@ def analytic(
         return frames
 
     return placements
-
-
-def _not_placements(frames: Mapping[str, str], result: Any) -> str | None:
-    """What is wrong with what the forward hook returned."""
-    if not isinstance(result, Mapping):
-        return "it is to be {frame: T (4, 4)}"
-    for frame in frames:
-        if frame not in result:
-            return f"it has no frame {frame!r}, which the description compares"
-        shape = np.shape(result[frame])
-        if shape[-2:] != (4, 4):
-            return f"frame {frame!r} has the shape {shape}, not (4, 4)"
-    return None
-
-
-def not_numbers(result: Any) -> str | None:
-    """What is wrong with what the dimensions hook returned."""
-    if isinstance(result, Mapping) and all(
-        isinstance(value, int | float) for value in result.values()
-    ):
-        return None
-    return "it is to be {name: number}"
 
 
 def closed_form_arguments(robot: RobotLike) -> dict[str, Any]:

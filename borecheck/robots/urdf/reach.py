@@ -155,7 +155,7 @@ def manifest_of(folder: Path) -> Path | None:
 def _installed_folders() -> Iterator[Path]:
     """Folders of the installed descriptions and of the meshes made for them."""
     from borecheck.core.cache import cache_folder
-    from borecheck.robots.installed import installed_folders
+    from borecheck.robots.description import installed_folders
 
     for folder in (*installed_folders(), cache_folder() / "meshes"):
         yield folder.resolve()

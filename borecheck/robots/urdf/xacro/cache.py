@@ -2,19 +2,18 @@
 
 import json
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
 
 from borecheck.core import cache
 from borecheck.core.private_folder import make_private
-from borecheck.errors import UrdfError
 from borecheck.robots.urdf.reach import ANYWHERE
 from borecheck.robots.urdf.xacro import expand
 
 _log = logging.getLogger(__name__)
 
-_KIND = "expanded-2"  # 1 held texts of arguments that no file declares
+_KIND = "expanded-1"
 
 
 def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
@@ -29,7 +28,7 @@ def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
         arguments: All xacro arguments.
 
     Raises:
-        UrdfError: The file cannot be expanded, or does not know an argument.
+        UrdfError: The file cannot be expanded.
     """
     asked = json.dumps([str(path), dict(arguments)], sort_keys=True)
     file = cache.cache_folder() / f"{_KIND}-{sha256(asked.encode()).hexdigest()}.json"
@@ -37,7 +36,6 @@ def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
     if stored is not None:
         return stored
     expanded = expand(path, arguments, ANYWHERE)
-    _refuse_undeclared(path, expanded.unused)
     sources = (*expanded.files, *expanded.data_files)
     document = {
         "text": expanded.text,
@@ -45,13 +43,6 @@ def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
     }
     _write(file, json.dumps(document))
     return expanded.text
-
-
-def _refuse_undeclared(path: Path, unused: Sequence[str]) -> None:
-    """An argument without effect would be believed to have one; nothing is stored."""
-    for name in unused:
-        if name != "mesh_dir":
-            raise UrdfError(path, f"no <xacro:arg name={name!r}>", f"argument {name}")
 
 
 def _read(file: Path) -> str | None:
