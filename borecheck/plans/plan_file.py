@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.core.csv_columns import separator_problem
+from borecheck.core.small_files import read_at_most
 from borecheck.core.whole_files import write_whole
 from borecheck.errors import InputError, PlanError
 from borecheck.plans.needle_plan import NeedlePlan
@@ -116,12 +117,9 @@ def _fields(plan: NeedlePlan) -> dict[str, Any]:
 
 def _text(path: Path) -> str:
     try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise PlanError(path, f"cannot be read: {error.strerror}") from error
-    if len(content) > MAX_BYTES:
-        raise PlanError(path, f"is larger than {MAX_BYTES} bytes")
+        content = read_at_most(path, MAX_BYTES)
+    except InputError as error:
+        raise PlanError(path, error.problem) from error
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

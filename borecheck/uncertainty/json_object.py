@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from borecheck.core.small_files import read_at_most
 from borecheck.errors import InputError, UsageError
 
 MAX_BYTES = 1_000_000
@@ -47,13 +48,7 @@ def read_object(path: Path) -> dict[str, Any]:
     Raises:
         InputError: It cannot be read, is too large, or holds no object.
     """
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}") from error
-    if len(content) > MAX_BYTES:
-        raise InputError(path, f"is larger than {MAX_BYTES} bytes")
+    content = read_at_most(path, MAX_BYTES)
     try:
         document = json.loads(content.decode("utf-8-sig"), object_pairs_hook=_once)
     except (ValueError, RecursionError) as error:
