@@ -198,7 +198,8 @@ def _asked_again(
     margin = pose.chosen.margin
     margin = NO_MARGIN if margin.kind == SECURITY else margin
     again = replace(pose, around=Findings(), within=Findings())
-    again.examine(Settings("exact", "bvh", margin))
+    long = pose.chosen.pair_by_pair
+    again.examine(Settings("exact", "bvh", margin, pair_by_pair=long))
     checker = pose.chosen.checker
     missed = [(p.link, p.obstacle) for p in again.around.contacts]
     missed += again.around.within_growth

@@ -74,6 +74,7 @@ class PoseBatch:
         obstacles: Parts against obstacles.
         itself: Parts against parts.
         chain: Places the links.
+        frames: The frame of every part in the chain, (parts,).
     """
 
     def __init__(
@@ -84,7 +85,7 @@ class PoseBatch:
         self_pairs: Ids | None = None,
     ) -> None:
         frame_of, self.chain = chain_of(robot)
-        self._frames = np.array([frame_of[p.link] for p in robot.parts], np.int64)
+        self.frames = np.array([frame_of[p.link] for p in robot.parts], np.int64)
         self._limits = limits_of(robot)
         parts = [surface(part.mesh) for part in robot.parts]
         others = [surface(obstacle.mesh) for obstacle in scene.obstacles]
@@ -110,7 +111,7 @@ class PoseBatch:
             chain.factor,
             chain.offset,
             chain.parts,
-            self._frames,
+            self.frames,
         )
         assert against.T_world_others is not None  # they stand
         book = PoseBook(
@@ -161,7 +162,7 @@ class PoseBatch:
 
     def placements(self, qs: Array) -> Array:
         """T_scene_part of every configuration, (n, parts, 4, 4)."""
-        return self.chain.placements(qs, self._frames)
+        return self.chain.placements(qs, self.frames)
 
     def ask(
         self,
@@ -182,17 +183,13 @@ class PoseBatch:
         code = narrowphase_code(narrowphase)
         corners = 0 if not solids else WITNESSES if narrowphase == "exact" else 1
         states, which = np.empty(len(qs), np.int8), np.empty(len(qs), np.int64)
-
-        counts = [(0, 0)]
+        counts: list[tuple[int, int]] = []
 
         def run(begin: int, end: int) -> None:
             part = slice(begin, end)
             counts.append(self._run(qs[part], code, corners, states[part], which[part]))
 
-        if threads == 1:
-            counts = [self._run(qs, code, corners, states, which)]
-        else:
-            in_threads(run, len(qs), threads)
+        in_threads(run, len(qs), threads)
         if sum(doubts for doubts, _ in counts):
             self._settle_doubts(qs, states, which)
         return Asked(states, which, sum(beyond for _, beyond in counts))
@@ -242,7 +239,7 @@ class PoseBatch:
             (self._solid_pairs[0], self.obstacles),
             (self._solid_pairs[1], self.itself),
         )[: 2 if itself else 1]:
-            codes = pairs.codes(T_scene_parts, every=True)
+            codes = pairs.codes(T_scene_parts)
             states = np.full(codes.shape, FREE, np.int8)
             states[codes == HELD] = TOUCHES
             states[codes == MIGHT_HOLD] = MIGHT_TOUCH
@@ -263,7 +260,7 @@ class PoseBatch:
         """
         moving = self.itself if itself else self.obstacles
         pairs = self._solid_pairs[1 if itself else 0]
-        codes = pairs.codes(T_scene_parts, unseen=unseen, every=True)[0]
+        codes = pairs.codes(T_scene_parts, unseen=unseen)[0]
         if not codes.any():
             return set()
         return {(int(a), int(b)) for a, b in moving.pairs[codes > 0]}
@@ -276,23 +273,6 @@ class PoseBatch:
         T_b = T_scene_parts[b] if standing is None else standing[0, b]
         found = holds_or_might(self._parts[a], T_scene_parts[a], others[b], T_b)
         return {"none": FREE, "unknown": MIGHT_TOUCH}.get(found.kind, TOUCHES)
-
-    def nearest_points(self, T_scene_parts: Array, row: int) -> tuple[Array, Array]:
-        """Nearest points of a part and an obstacle, by their row in `obstacles.pairs`.
-
-        Args:
-            T_scene_parts: Of one pose, (parts, 4, 4).
-            row: Of the pair.
-        """
-        a, b = self.obstacles.pairs[row].tolist()
-        assert self.obstacles.T_world_others is not None
-        T_a, T_b = T_scene_parts[a], self.obstacles.T_world_others[0, b]
-        found = self._parts[a].tree.closest(self._others[b].tree, T_a, T_b)
-        return found.point_self, found.point_other
-
-    def frame_of_pair(self, row: int) -> int:
-        """The frame of the part of a pair with an obstacle."""
-        return int(self._frames[self.obstacles.pairs[row, 0]])
 
 
 @once_per_pair

@@ -197,15 +197,20 @@ class Queries:
         obstacles.
         """
         configurations = as_configurations(self._robot, qs)
-        bounds, rows = self._nearest(configurations, 0.0)
+        bounds, _ = self._nearest(configurations, 0.0)
         gradients = np.full(configurations.shape, np.nan)
         batch = self._batch
         for i in np.flatnonzero(np.isfinite(bounds[:, 1]) & (bounds[:, 0] > 0.0)):
-            placed = batch.chain.placements(configurations[i : i + 1])[0]
-            parts = batch.placements(configurations[i : i + 1])[0]
-            points = batch.nearest_points(parts, int(rows[i]))
-            frame = batch.frame_of_pair(int(rows[i]))
-            gradients[i] = of_distance(batch.chain, placed, frame, *points)
+            placed = batch.chain.placements(configurations[i : i + 1])
+            row, found = batch.obstacles.closest(placed[:, batch.frames])
+            assert found is not None  # an obstacle is at that distance
+            gradients[i] = of_distance(
+                batch.chain,
+                placed[0],
+                int(batch.frames[batch.obstacles.pairs[row, 0]]),
+                found.point_self,
+                found.point_other,
+            )
         return gradients
 
     def moved(

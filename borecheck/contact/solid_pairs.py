@@ -38,10 +38,8 @@ class SolidPairs:
     def codes(
         self,
         placements: Array,
-        settled: NDArray[np.bool_] | None = None,
         *,
         unseen: bool = False,
-        every: bool = False,
     ) -> NDArray[np.int8]:
         """What can be told of every pair in every pose, (n, pairs), see `tree.holding`.
 
@@ -49,15 +47,11 @@ class SolidPairs:
 
         Args:
             placements: T_world_link of every pose, (n, links, 4, 4), rigid.
-            settled: Poses to leave out, (n,).
             unseen: Whether surfaces may meet that the checker does not see.
-            every: Whether all pairs are asked; else a pose ends with its first that
-                holds, and of those after it nothing is said.
         """
         moving = self._moving
         count = len(placements)
-        if settled is None:
-            settled = np.zeros(count, np.bool_)
+        settled = np.zeros(count, np.bool_)
         others = moving.T_world_others
         while True:
             codes = np.zeros((count, len(moving.pairs)), np.int8)
@@ -69,7 +63,7 @@ class SolidPairs:
                 placements if others is None else others,
                 others is None,
                 1 if unseen else WITNESSES,
-                every,
+                True,
                 settled,
                 codes,
             )
