@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.geometry.kernels.compile import kernel
-from borecheck.geometry.tree.build import CHILD_ROW, WIDTH
+from borecheck.geometry.tree.boxes import motion_of
+from borecheck.geometry.tree.build import WIDTH
+from borecheck.geometry.tree.rays import placed_crossings
 from borecheck.geometry.triangles.placing import place_mesh, place_point, placed_bounds
 from borecheck.geometry.triangles.solid import Enclosure, contained
-from borecheck.geometry.triangles.winding import ON_SURFACE, crossings
+from borecheck.geometry.triangles.winding import ON_SURFACE
 from borecheck.motion.bounds import Route, displacement, gains
 from borecheck.motion.outcome import Timeline
-from borecheck.motion.swept_boxes import EXTENT
 from borecheck.robots.kinematics.chain import JointChain
 from borecheck.robots.kinematics.forward import WORLD
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from borecheck.motion.problem import Body, Motion, Pair
 
 Array = NDArray[np.float64]
+
+_WHERE_IT_IS = np.eye(4)[:3].copy()
 
 # Instants at which boxes of open meshes are compared.
 INSTANTS = 129
@@ -81,7 +84,7 @@ def _held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Enclosure:
         tree = outer.tree
         winding, crossed = _inside(
             inner.one_corner_each, T_inner, T_outer, outer.mesh.bounds,
-            tree.nodes, tree.frames[0], tree.depth, tree.corners,
+            tree.nodes, tree.frames, tree.depth, tree.corners,
         )  # fmt: skip
         if winding == ON_SURFACE:
             return Enclosure(kind, f"{inner.name} touches {outer.name}")
@@ -95,7 +98,7 @@ def _held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Enclosure:
 
 
 @kernel
-def _inside(points, T_inner, T_outer, bounds, nodes, frame, depth, corners):  # type: ignore[no-untyped-def]
+def _inside(points, T_inner, T_outer, bounds, nodes, frames, depth, corners):  # type: ignore[no-untyped-def]
     """Winding number of the first of the points that is not outside, or 0.
 
     And whether a ray of those with 0 crosses anything. Points are given in the frame of
@@ -103,16 +106,16 @@ def _inside(points, T_inner, T_outer, bounds, nodes, frame, depth, corners):  # 
     the way back is a true inverse.
     """
     at, doubt = np.zeros(3), False
+    children, stack = nodes.view(np.int32), np.empty(WIDTH * (depth + 2), np.int64)
     for k in range(len(points)):
         x, y, z = place_point(T_inner, points[k, 0], points[k, 1], points[k, 2])
         at[0], at[1], at[2] = _taken_back(T_outer, x, y, z)
         if (at < bounds[0]).any() or (at > bounds[1]).any():
             continue
-        leaves = along_ray(nodes, frame, depth, at)
-        met = np.zeros((len(leaves), 9))
-        for i in range(len(leaves)):
-            met[i] = corners[leaves[i]]
-        winding, count = crossings((at[0], at[1], at[2]), met)
+        winding, count = placed_crossings(
+            (at[0], at[1], at[2]), nodes, children, corners, frames, 0,
+            _WHERE_IT_IS, motion_of(_WHERE_IT_IS), True, stack,
+        )  # fmt: skip
         if winding != 0:
             return winding, True
         doubt |= count > 0
@@ -135,41 +138,6 @@ def _triple(u, v, w):  # type: ignore[no-untyped-def]
         + u[1] * (v[2] * w[0] - v[0] * w[2])
         + u[2] * (v[0] * w[1] - v[1] * w[0])
     )
-
-
-@kernel
-def along_ray(nodes, frame, depth, point):  # type: ignore[no-untyped-def]
-    """Leaves whose boxes the ray from a point along +x may meet.
-
-    Boxes grow by 2**-20 of all coordinates: more than their float32 numbers and the
-    float64 differences are off by.
-    """
-    x, y, z = point[0] - frame[0], point[1] - frame[1], point[2] - frame[2]
-    grow = 2.0**-20 * (frame[EXTENT] + abs(x) + abs(y) + abs(z))
-    children = nodes.view(np.int32)
-    found, count = np.zeros(64, np.int64), 0
-    stack = np.zeros(WIDTH * (depth + 2), np.int64)
-    waiting = 1
-    while waiting > 0:
-        waiting -= 1
-        node = stack[waiting]
-        for i in range(WIDTH):
-            if nodes[node, 3, i] < 0.0:
-                continue
-            beside = abs(y - nodes[node, 1, i]) > nodes[node, 4, i] + grow
-            beside |= abs(z - nodes[node, 2, i]) > nodes[node, 5, i] + grow
-            if beside or nodes[node, 0, i] + nodes[node, 3, i] + grow < x:
-                continue
-            child = int(children[node, CHILD_ROW, i])
-            if child >= 0:
-                stack[waiting] = child
-                waiting += 1
-                continue
-            if count == len(found):
-                found = np.concatenate((found, np.zeros_like(found)))
-            found[count] = ~child
-            count += 1
-    return found[:count].copy()
 
 
 def _boxes_stay_apart(

@@ -15,6 +15,7 @@ from borecheck.geometry.tree.addresses import DEPTH, SIDE, open_pairs, open_side
 from borecheck.geometry.tree.boxes import copy_placement, is_identity, motion_of
 from borecheck.geometry.tree.build import WIDTH
 from borecheck.geometry.tree.rays import placed_crossings
+from borecheck.geometry.tree.world_boxes import gap_between, world_boxes
 from borecheck.geometry.triangles.placing import place_point
 from borecheck.geometry.triangles.topology import Topology
 
@@ -30,7 +31,7 @@ OPEN, TELLS, CANCELS, NOT_ASKED, ASKED = range(5)
 
 # Corners that tell whether a component can be in a box: the first, and extreme ones.
 WITNESSES = 8
-# What world boxes grow by, as in `placing.placed_bounds`, [m].
+# What a mesh's own box grows by, as in `placing.placed_bounds`, [m].
 _GROWN = 1e-9
 
 Floats = NDArray[np.float64]
@@ -117,16 +118,16 @@ def holding(  # type: ignore[no-untyped-def]
     T_a, T_b = np.empty((3, 4)), np.empty((3, 4))
     asks = False
     if not b_moves:
-        _world_boxes(solids_b[0], placements_b, 0, reach_b)
+        world_boxes(nodes_b, frames_b, placements_b, 0, reach_b)
     for i in range(len(placements_a)):
         if settled[i]:
             continue
-        _world_boxes(solids_a[0], placements_a, i, reach_a)
+        world_boxes(nodes_a, frames_a, placements_a, i, reach_a)
         if b_moves:
-            _world_boxes(solids_b[0], placements_b, i, reach_b)
+            world_boxes(nodes_b, frames_b, placements_b, i, reach_b)
         for k in range(len(pairs)):
             a, b = pairs[k, 0], pairs[k, 1]
-            if _apart(reach_a, a, reach_b, b):
+            if gap_between(reach_a, a, reach_b, b) > 0.0:
                 continue
             copy_placement(placements_a, i, a, T_a)
             copy_placement(placements_b, i if b_moves else 0, b, T_b)
@@ -144,28 +145,6 @@ def holding(  # type: ignore[no-untyped-def]
             if code == IN_DOUBT:
                 asks |= (solids_a[1][a] == ASKED) | (solids_b[1][b] == ASKED)
     return asks
-
-
-@kernel
-def _world_boxes(boxes, placements, i, reach):  # type: ignore[no-untyped-def]
-    """Boxes round the placed boxes of all meshes of pose i."""
-    for k in range(len(boxes)):
-        for r in range(3):
-            middle, half = placements[i, k, r, 3], _GROWN
-            for c in range(3):
-                turned = placements[i, k, r, c]
-                middle += turned * 0.5 * (boxes[k, 0, c] + boxes[k, 1, c])
-                half += abs(turned) * 0.5 * (boxes[k, 1, c] - boxes[k, 0, c])
-            reach[k, 0, r], reach[k, 1, r] = middle - half, middle + half
-
-
-@kernel(**INLINE)
-def _apart(reach_a, a, reach_b, b):  # type: ignore[no-untyped-def]
-    apart = False
-    for r in range(3):
-        apart |= reach_a[a, 0, r] > reach_b[b, 1, r]
-        apart |= reach_b[b, 0, r] > reach_a[a, 1, r]
-    return apart
 
 
 @kernel
@@ -222,7 +201,7 @@ def _in_reach(T, corners, k, witness, reach, outer):  # type: ignore[no-untyped-
 
 @kernel(**INLINE)
 def _in_own(M, p, boxes, outer):  # type: ignore[no-untyped-def]
-    """Whether a point of the world is in a mesh's own box, grown as world boxes are.
+    """Whether a point of the world is in a mesh's own box, a little grown.
 
     The way back by the transpose: rotations are checked to 1e-6.
     """

@@ -27,6 +27,7 @@ from borecheck.geometry.tree.mesh_tree import (
     NearestPoints,
     bounds_of,
     leaf_in,
+    nearest_at,
     reject_placement,
 )
 from borecheck.geometry.tree.nearest_first import comes_near, nearest_first
@@ -243,18 +244,9 @@ class MovingLinks:
         a, b = self.links, self.others
         leaf_a = leaf_in(a.nodes, int(answer[bvh_clearance.SLOT_A]))
         leaf_b = leaf_in(b.nodes, int(answer[bvh_clearance.SLOT_B]))
-        distance, p, q = bvh_clearance.nearest_points(
-            a.corners, T_a[None, None], leaf_a, b.corners, T_b[None, None], leaf_b
-        )
-        lower, upper = bounds_of(answer)
-        return NearestPoints(
-            distance,
-            lower,
-            upper,
-            np.array(p),
-            np.array(q),
-            int(a.order[leaf_a]),
-            int(b.order[leaf_b]),
+        bounds = bounds_of(answer)
+        return nearest_at(
+            a, T_a[None, None], leaf_a, b, T_b[None, None], leaf_b, bounds
         )
 
     def pair_clearances(

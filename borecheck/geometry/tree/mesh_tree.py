@@ -1,8 +1,8 @@
 """A mesh made ready for contact and clearance queries: `MeshTree`."""
 
 import math
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal, Protocol
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -241,32 +241,18 @@ class MeshTree:
         necessarily one.
         """
         task = bvh_query.FIRST
-        count, _, found = self._search(other, T_self, T_other, "exact", task)
+        count, _, pairs = self._search(other, T_self, T_other, "exact", task)
         lower, upper = 0.0, 0.0
         if count:
-            leaf_a, leaf_b = int(found[0, 0]), int(found[0, 1])
+            leaf_a, leaf_b = int(pairs[0, 0]), int(pairs[0, 1])
         else:
             answer = self._nearest(other, T_self, T_other, 1.0)
             lower, upper = bounds_of(answer)
             leaf_a = leaf_in(self.nodes, int(answer[bvh_clearance.SLOT_A]))
             leaf_b = leaf_in(other.nodes, int(answer[bvh_clearance.SLOT_B]))
-        distance, p, q = bvh_clearance.nearest_points(
-            self.corners,
-            placement(T_self, "T_self"),
-            leaf_a,
-            other.corners,
-            placement(T_other, "T_other"),
-            leaf_b,
-        )
-        return NearestPoints(
-            0.0 if count else distance,
-            lower,
-            upper,
-            np.array(p),
-            np.array(q),
-            int(self.order[leaf_a]),
-            int(other.order[leaf_b]),
-        )
+        T_a, T_b = placement(T_self, "T_self"), placement(T_other, "T_other")
+        found = nearest_at(self, T_a, leaf_a, other, T_b, leaf_b, (lower, upper))
+        return replace(found, distance=0.0) if count else found
 
     def within(
         self, other: "MeshTree", T_self: ArrayLike, T_other: ArrayLike, margin: float
@@ -368,6 +354,40 @@ def bounds_of(answer: NDArray[np.float64]) -> tuple[float, float]:
     """Lower and upper bound in the answer of a walk, see `tree.clearance`."""
     lower, upper = answer[bvh_clearance.LOWER], answer[bvh_clearance.UPPER]
     return max(0.0, float(min(lower, upper))), float(upper)
+
+
+class _Leaves(Protocol):
+    """Triangles in the order of a tree's leaves, and their original numbers."""
+
+    corners: NDArray[np.float64]
+    order: NDArray[np.int64]
+
+
+def nearest_at(
+    a: _Leaves,
+    T_a: Placement,
+    leaf_a: int,
+    b: _Leaves,
+    T_b: Placement,
+    leaf_b: int,
+    bounds: tuple[float, float],
+) -> NearestPoints:
+    """The nearest points of two leaves, of surfaces with these bounds of distance.
+
+    Args:
+        a: A tree, or packed trees.
+        T_a: Its placement, (1, 1, 4, 4).
+        leaf_a: Which leaf.
+        b: The other.
+        T_b: As T_a.
+        leaf_b: As leaf_a.
+        bounds: Lower and upper bound of the surfaces' distance, [m].
+    """
+    distance, p, q = bvh_clearance.nearest_points(
+        a.corners, T_a, leaf_a, b.corners, T_b, leaf_b
+    )
+    triangles = int(a.order[leaf_a]), int(b.order[leaf_b])
+    return NearestPoints(distance, *bounds, np.array(p), np.array(q), *triangles)
 
 
 def leaf_in(nodes: NDArray[np.float32], slot: int) -> int:

@@ -7,13 +7,8 @@ from borecheck.core.se3 import transform
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.surfaces import Surface
 from borecheck.geometry.tree.many_links import MovingLinks
-from borecheck.geometry.tree.nearest_first import (
-    FAR,
-    NEAR,
-    UNDECIDED,
-    gap_between,
-    world_boxes,
-)
+from borecheck.geometry.tree.nearest_first import FAR, NEAR, UNDECIDED
+from borecheck.geometry.tree.world_boxes import gap_between, world_boxes
 from borecheck.geometry.triangles.placing import place_mesh
 
 
