@@ -8,7 +8,7 @@ import pytest
 import borecheck as bc
 from borecheck.contact.check import check_with
 from borecheck.contact.settings import settings
-from borecheck.contact.together import is_usual
+from borecheck.contact.together import Together, is_usual
 from borecheck.geometry.mesh.primitives import box, sphere
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.robots.scene import Obstacle, Scene
@@ -117,3 +117,20 @@ def test_the_quick_road_is_for_the_usual_settings_only():
     assert not is_usual(settings(link_clearance=True), None)
     assert not is_usual(settings("paper", margin=0.02), None)  # grows its axes
     assert not is_usual(settings(), object())
+
+
+def test_the_long_road_is_long_to_its_end(monkeypatch):
+    """Also where `exact` is asked again after another checker said clear."""
+    robot, scene = bc.load_robot("zerobot", mount="+90"), bc.load_scene("ct_gantry")
+    chosen = replace(settings("paper"), pair_by_pair=True)
+    expected = check_with(robot, scene, robot.home, chosen)
+
+    def of(*_):
+        raise AssertionError("the quick road was taken")
+
+    monkeypatch.setattr(Together, "of", of)
+    found = check_with(robot, scene, robot.home, chosen)
+    assert replace(found, seconds=0.0) == replace(expected, seconds=0.0)
+    assert found.verdict == "clear"
+    with pytest.raises(AssertionError, match="quick"):
+        check_with(robot, scene, robot.home, settings("paper"))
