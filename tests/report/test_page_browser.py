@@ -392,6 +392,12 @@ def test_phone_does_not_scroll_sideways(browser, folder):
     found = Opened(browser, folder / "check.html", viewport=size, is_mobile=True)
     found.ready()
     assert found.page.evaluate("document.documentElement.scrollWidth") <= 390
+    # nor where the robot lies deep in folders: paths are words without a gap
+    found.page.evaluate(
+        "document.querySelectorAll('main p, main li, footer p')"
+        ".forEach(e => e.append(' /' + 'folder_'.repeat(20)))"
+    )
+    assert found.page.evaluate("document.documentElement.scrollWidth") <= 390
     found.context.close()
 
 
