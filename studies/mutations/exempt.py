@@ -79,6 +79,33 @@ EQUIVALENT = {
     "borecheck/contact/causes.py _determinants: j + 1 -> j - 1": (
         "as above, of the other triangle"
     ),
+    "borecheck/contact/causes.py _determinants: 1 -> 2": (
+        "as above: the edge from a corner to the one before it, the other way round"
+    ),
+    "borecheck/contact/pose_batch.py PoseBatch.held: 2 -> 3": (
+        "a slice of two entries up to the third holds both"
+    ),
+    "borecheck/contact/skipped.py pairs_without: 1 -> 2": (
+        "numpy takes any negative length of a shape for the one to be found"
+    ),
+    "borecheck/motion/search.py search: np.inf -> np.nan": (
+        "no comparison holds of nan, as none of room with minus infinity does"
+    ),
+    "borecheck/motion/search.py examine_pair: len(rows) > 0 -> len(rows) >= 0": (
+        "without rows nothing is left to examine by distance: the answer is the same"
+    ),
+    "borecheck/motion/search.py _by_boxes_and_planes: 64 -> 128": (
+        "room for findings, which grows as needed"
+    ),
+    "borecheck/motion/search.py _by_boxes_and_planes: 3 -> 4": (
+        "as above: a column that nothing reads"
+    ),
+    "borecheck/motion/search.py _examined_by_distance: 1 -> 2": (
+        "numpy takes any negative length of a shape for the one to be found"
+    ),
+    "borecheck/motion/round_shapes.py _joined: 0.0 -> 1.0": (
+        "the first stretch begins at 0, so that its start is among the ends anyway"
+    ),
     "borecheck/verify/distance.py _some_points_nearer: "
     "_lengths((a[:, None] - b).reshape(-1, 3)) < distance -> "
     "_lengths((a[:, None] - b).reshape(-1, 3)) <= distance": (

@@ -135,6 +135,16 @@ def test_a_solid_in_another_is_contact_for_its_stretch():
     np.testing.assert_allclose(found.settled(), [[0.5, 1.0]])
 
 
+def test_a_solid_is_held_all_the_way_unless_it_is_said_where():
+    found = Timeline(2.0)
+    found.add_contained(AB, "a holds b")
+    verdict = path_verdict(found, 1)
+    assert stretches_of(verdict) == [(0.0, 1.0, "contact", (AB,))]
+    assert verdict.worst == 0.0
+    assert verdict.first_contact is None
+    np.testing.assert_array_equal(found.settled(), [[0.0, 2.0]])
+
+
 def test_what_nothing_can_be_told_of_is_unknown_everywhere_but_in_contact():
     found = Timeline(1.0)
     found.add_unknown(AB, "b is open")

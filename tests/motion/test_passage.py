@@ -1,5 +1,7 @@
 """Slabs about the corridor's line, and the patient before its entry."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -148,3 +150,53 @@ def test_an_open_patient_has_no_outside_within_its_box():
         opened = TriangleMesh("skin", mesh.vertices, mesh.triangles[:-1])
         assert Approach(closed, CORRIDOR).allows(needle)
         assert Approach(Body("skin", opened), CORRIDOR).allows(needle) != inside_box
+
+
+def watch_stretches(monkeypatch, apart=True):
+    """The stretches of the line that are looked at, and how wide."""
+    asked = []
+    monkeypatch.setattr(Approach, "_is_outside", lambda self, depth: True)
+    monkeypatch.setattr(
+        Approach, "_is_apart", lambda self, *given: asked.append(given) or apart
+    )
+    return asked
+
+
+@pytest.mark.parametrize(("count", "expected"), [(1, 1), (64, 64), (65, 64), (200, 64)])
+def test_a_needle_of_many_slabs_is_looked_at_in_a_few(monkeypatch, count, expected):
+    asked = watch_stretches(monkeypatch)
+    rows = [(-1.0 + k / count, -1.0 + (k + 1) / count, 0.01) for k in range(count)]
+    assert Approach(patient(), CORRIDOR).is_free(slabs(*rows))
+    assert len(asked) == expected
+    assert (asked[0][0], asked[-1][1]) == (-1.0, 0.0)
+    assert all(b[0] == a[1] for a, b in itertools.pairwise(asked))
+
+
+def test_each_stretch_is_as_wide_as_the_widest_slab_there(monkeypatch):
+    asked = watch_stretches(monkeypatch)
+    rows = ((-1.0, -0.5, 0.25), (-0.75, -0.25, 0.5), (-0.125, 0.0, 0.125))
+    assert Approach(patient(), CORRIDOR).is_free(slabs(*rows))
+    assert asked == [
+        *((-1.0, -0.75, 0.25), (-0.75, -0.5, 0.5), (-0.5, -0.25, 0.5)),
+        *((-0.25, -0.125, RESERVE), (-0.125, 0.0, 0.125)),
+    ]
+    asked = watch_stretches(monkeypatch, apart=False)
+    assert not Approach(patient(), CORRIDOR).is_free(slabs(*rows))
+    assert len(asked) == 1
+    monkeypatch.setattr(Approach, "_is_outside", lambda self, depth: depth != -1.0)
+    assert not Approach(patient(), CORRIDOR).is_free(slabs(*rows[::-1]))
+    assert len(asked) == 1
+
+
+def test_a_fold_as_far_from_the_line_as_the_slab_is_wide_meets_it():
+    """Exactly so: a face at 1/4 of a metre beside the line, before the entry."""
+    fold = Approach(patient(block((0.25, -0.5, 0.5), (0.75, 0.5, 1.0))), CORRIDOR)
+    nearest = 0.25
+    assert not fold._is_apart(-0.875, -0.75, nearest)
+    assert not fold._is_apart(-0.875, -0.75, nearest + 1e-9)
+    assert fold._is_apart(-0.875, -0.75, nearest - 1e-9)
+    # beyond its ends nothing of it is met, however wide
+    for low, high in ((-0.25, -0.125), (-2.0, -1.125)):
+        assert fold._is_apart(low, high, 9.0)
+    for low, high in ((-0.5, -0.25), (-2.0, -1.0)):
+        assert not fold._is_apart(low, high, nearest)

@@ -9,6 +9,8 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.placing import place_mesh
 from borecheck.motion import passage_search
+from borecheck.motion.halving import CERTIFIED, TOUCHED, UNDECIDED
+from borecheck.motion.outcome import Timeline
 from borecheck.motion.passage import Approach
 from borecheck.motion.passage_search import PassageSearch
 from borecheck.motion.problem import Body, Passage, PathProblem, path_motion
@@ -398,3 +400,147 @@ def test_the_near_part_of_the_patient_is_what_is_asked(monkeypatch):
     assert search(problem(block(), fold), STRAIGHT).verdict == "contact"
     monkeypatch.setattr(Approach, "is_free", lambda self, slabs: True)
     assert search(problem(block(), fold), STRAIGHT).verdict == "clear"
+
+
+def pieces(monkeypatch, outcome, *, moved=1.0, stays=False, judged=0):
+    """A search of one needle in which a pose says what is told, and what was asked."""
+    made = problem()
+    motion = path_motion(made, STRAIGHT)
+    found = PassageSearch(
+        made.chain, made.parts[0], made.obstacles[0], CORRIDOR, motion
+    )
+    asked = []
+
+    def judge(self, time):
+        asked.append(time)
+        return outcome[len(asked) - 1]
+
+    monkeypatch.setattr(PassageSearch, "stays", lambda self, begin, end: stays)
+    monkeypatch.setattr(PassageSearch, "_moved", lambda self, begin, end: moved)
+    monkeypatch.setattr(PassageSearch, "judge", judge)
+    found.judged = judged
+    return found, asked, Timeline(2.0)
+
+
+FINEST, FIRST, COARSE = 1e-6, 1e-5, 2e-3
+FREE, WRONG, OPEN = (CERTIFIED, ""), (TOUCHED, ""), (UNDECIDED, "cannot be told")
+
+
+def test_a_piece_that_keeps_to_the_corridor_is_not_judged(monkeypatch):
+    found, asked, timeline = pieces(monkeypatch, [], stays=True)
+    assert found._outcome(0.0, 1.0, timeline) == CERTIFIED
+    assert asked == []
+
+
+@pytest.mark.parametrize(
+    ("moved", "halved"), [(FIRST, False), (1.01 * FIRST, True), (0.99 * FIRST, False)]
+)
+def test_a_piece_is_judged_once_it_is_as_short_as_a_first_contact(
+    monkeypatch, moved, halved
+):
+    found, asked, timeline = pieces(monkeypatch, [WRONG], moved=moved)
+    answer = found._outcome(0.25, 0.5, timeline)
+    assert answer == (None if halved else TOUCHED)
+    assert asked == ([] if halved else [0.375])
+    after = FIRST if halved else COARSE
+    assert (found.enough, found.judged) == (after, 0 if halved else 1)
+    assert found.finest == (FINEST if halved else COARSE)
+
+
+def test_where_no_instant_lies_between_a_piece_is_judged(monkeypatch):
+    found, asked, timeline = pieces(monkeypatch, [FREE])
+    begin, end = 0.25, float(np.nextafter(0.25, 1.0))
+    assert found._outcome(begin, end, timeline) == UNDECIDED
+    assert asked == [0.25]
+
+
+@pytest.mark.parametrize(("moved", "halved"), [(FINEST, False), (1.01 * FINEST, True)])
+def test_a_pose_that_is_free_proves_no_piece(monkeypatch, moved, halved):
+    """It is halved down to the finest, and undecided then."""
+    found, asked, timeline = pieces(monkeypatch, [FREE], moved=moved)
+    doubt = found.doubt
+    assert found._outcome(0.25, 0.5, timeline) == (None if halved else UNDECIDED)
+    assert asked == [0.375]
+    assert found.judged == 1
+    assert found.enough == (FIRST if halved else COARSE)
+    assert found.doubt == doubt
+
+
+def test_at_the_end_of_a_leg_the_waypoint_is_judged_too(monkeypatch):
+    found, asked, timeline = pieces(monkeypatch, [FREE, WRONG], moved=FINEST)
+    assert found._outcome(0.75, 1.0, timeline) == TOUCHED
+    assert (asked, found.judged) == ([0.875, 1.0], 2)
+    found, asked, timeline = pieces(monkeypatch, [WRONG], moved=FINEST)
+    assert found._outcome(0.75, 1.0, timeline) == TOUCHED
+    assert (asked, found.judged) == ([0.875], 1)
+
+
+def test_a_pose_in_doubt_says_why(monkeypatch):
+    found, _, timeline = pieces(monkeypatch, [OPEN], moved=FINEST)
+    assert found._outcome(0.25, 0.5, timeline) == UNDECIDED
+    assert found.doubt == "cannot be told"
+    assert timeline.contained == []
+
+
+def test_a_solid_held_is_contact_where_it_is(monkeypatch):
+    found, _, timeline = pieces(monkeypatch, [(TOUCHED, "it is inside")], moved=FINEST)
+    assert found._outcome(0.5, 1.5, timeline) == CERTIFIED
+    names = ("needle", "body")
+    assert timeline.contained == [(names, "it is inside")]
+    assert timeline.open == [(0.25, 0.75, TOUCHED, names)]
+    assert found.enough == found.finest == COARSE
+
+
+@pytest.mark.parametrize(("judged", "gave_up"), [(199, False), (200, True)])
+def test_after_so_many_poses_the_rest_is_undecided(monkeypatch, judged, gave_up):
+    found, asked, timeline = pieces(monkeypatch, [WRONG], moved=FINEST, judged=judged)
+    assert found._outcome(0.25, 0.5, timeline) == (UNDECIDED if gave_up else TOUCHED)
+    assert len(asked) == (0 if gave_up else 1)
+
+
+def test_legs_are_halved_in_order_and_counted(monkeypatch):
+    found, _, timeline = pieces(monkeypatch, [])
+    seen = []
+
+    def outcome(self, begin, end, of):
+        seen.append((begin, end))
+        if end - begin == 1.0:
+            return None
+        return {0.0: CERTIFIED, 0.5: TOUCHED, 1.0: UNDECIDED, 1.5: UNDECIDED}[begin]
+
+    monkeypatch.setattr(PassageSearch, "_outcome", outcome)
+    found.judged = 3
+    found.run(timeline)
+    assert seen == [(0, 1), (0, 0.5), (0.5, 1), (1, 2), (1, 1.5), (1.5, 2)]
+    names = ("needle", "body")
+    assert timeline.open == [
+        (0.25, 0.5, TOUCHED, names),
+        (0.5, 1.0, UNDECIDED, names),
+    ]
+    assert (timeline.pieces, timeline.poses) == (6, 3)
+    assert timeline.notes == {names: "not shown to keep to the plan's corridor"}
+
+
+@pytest.mark.parametrize(("limit", "looked"), [(0, 2), (1, 3), (4, 6)])
+def test_after_so_many_pieces_the_rest_is_undecided(monkeypatch, limit, looked):
+    """One for every leg, and some more."""
+    found, _, timeline = pieces(monkeypatch, [])
+    monkeypatch.setattr(passage_search, "PIECE_LIMIT", limit)
+    calls = []
+    monkeypatch.setattr(PassageSearch, "_outcome", lambda self, *g: calls.append(g))
+    found.run(timeline)
+    assert len(calls) == looked
+    (row,) = timeline.open
+    assert row[:3] == (0.0, 1.0, UNDECIDED)
+    assert list(timeline.notes.values()) == [
+        "not shown to keep to the plan's corridor, gave up"
+    ]
+
+
+def test_poses_that_were_all_asked_are_said(monkeypatch):
+    for judged, told in ((199, ""), (200, ", gave up")):
+        found, _, timeline = pieces(monkeypatch, [], stays=True, judged=judged)
+        found.run(timeline)
+        (note,) = timeline.notes.values()
+        assert note == f"not shown to keep to the plan's corridor{told}"
+        assert timeline.open == []
