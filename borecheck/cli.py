@@ -141,7 +141,7 @@ def _purpose(entry: EntryPoint) -> str:
         found = find_spec(entry.value.partition(":")[0])
         text = Path(found.origin or "").read_text(encoding="utf-8") if found else ""
         summary = (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]
-    except (ImportError, OSError, ValueError, SyntaxError):
+    except (Exception, SystemExit):  # noqa: BLE001 - a package may raise anything
         summary = ""  # whoever runs it is told what is wrong with it
     purpose = summary.partition("`: ")[2].rstrip(".")
     return f"{purpose} ({package})" if purpose else f"from {package}"

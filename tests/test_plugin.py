@@ -2,11 +2,13 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
 import pytest
 
+from borecheck.cli import main
 from tests.places import PROJECT
 
 EXAMPLE = PROJECT / "examples" / "tilt_arm"
@@ -58,3 +60,85 @@ def test_the_example_imports_nothing_but_the_public_door():
         for line in file.read_text().splitlines():
             if line.startswith(("import borecheck", "from borecheck")):
                 assert line.startswith("from borecheck.plugin import"), file
+
+
+ARM = """<robot name="a"><link name="base"/><link name="needle"><collision>
+<geometry><box size="0.01 0.01 0.01"/></geometry></collision></link>
+<joint name="drive" type="prismatic"><parent link="base"/><child link="needle"/>
+<axis xyz="0 0 1"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>
+"""
+FIELDS = """from pathlib import Path
+from borecheck.plugin import JointMap, RobotDescription
+def forward(q):
+    return {"tip": [1.0, 2.0]}
+def inverse(tip, direction, insertion):
+    return [tip]
+ROBOT = RobotDescription(name=__name__, title="t", source="s", not_modelled=(),
+    xacro=Path(__file__).with_suffix(".urdf"), tool_frame="needle", %s)
+"""
+BROKEN = {
+    "syntax": ("def (", "cannot be loaded: SyntaxError.*broken_syntax.py, line 1"),
+    "gone": ("import no_such_thing", "No module named 'no_such_thing"),
+    "exits": ("import sys\nsys.exit(3)", "cannot be loaded: SystemExit: 3"),
+    "field": (FIELDS % "needel_link=''", "'needel_link' .*did you mean 'needle_link'"),
+    "missing": (
+        "from borecheck.plugin import RobotDescription\nRobotDescription(name='n')",
+        "missing 4 required keyword-only arguments: 'title'",
+    ),
+    "kind": ("ROBOT = 3", "is int, not RobotDescription"),
+    "joint": (FIELDS % "insertion_joint='drvie'", "'drvie' .*did you mean 'drive'"),
+    "hook": (FIELDS % "forward=f'{__name__}:forwrd'", "forward .*'forwrd'"),
+    "shape": (
+        FIELDS % "forward=f'{__name__}:forward', frames={'tip': 'needle'}",
+        r"forward .* returned dict: frame 'tip' has shape \(2,\), not numbers \(4, 4\)",
+    ),
+    "solutions": (
+        FIELDS % "inverse=f'{__name__}:inverse', joints=(JointMap('drive'),)",
+        "inverse .* returned list: it must be Solutions",
+    ),
+}
+
+
+@pytest.fixture
+def broken(tmp_path, monkeypatch):
+    """All of them installed, each in a package of its own."""
+    for what, (text, _) in BROKEN.items():
+        name = f"broken_{what}"
+        (tmp_path / f"{name}.py").write_text(text)
+        (tmp_path / f"{name}.urdf").write_text(ARM)
+        metadata = tmp_path / f"{name}-1.dist-info"
+        metadata.mkdir()
+        about = f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n"
+        (metadata / "METADATA").write_text(about)
+        entries = f"[borecheck.robots]\n{name} = {name}:ROBOT\n"
+        entries += f"[borecheck.commands]\nstudy_{what} = {name}.study\n"
+        (metadata / "entry_points.txt").write_text(entries)
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+
+def test_broken_packages_are_a_line_each_and_take_no_other_down(broken, capsys):
+    assert main(["robots"]) == 1
+    listed = capsys.readouterr().out
+    assert "robot zerobot: " in listed
+    assert "scanner ct_gantry: " in listed
+    for what, (_, line) in BROKEN.items():
+        whose = rf"broken: robot broken_{what} \(package broken_{what}\): "
+        assert re.search(f"^{whose}.*{line}", listed, re.M), what
+    assert main(["check", "zerobot", "ct_gantry", "--q", "home"]) == 0
+    capsys.readouterr()
+    for what, (_, line) in BROKEN.items():
+        if what in ("shape", "solutions"):  # a pose needs no closed form
+            continue
+        assert main(["check", f"broken_{what}", "ct_gantry", "--q", "home"]) == 2
+        told = capsys.readouterr().err
+        assert re.search(line, told), told
+        assert told.count("\n") == 1
+
+
+def test_a_name_that_two_packages_bring_is_nobodys(broken, tmp_path, capsys):
+    """The later one would else stand in for a robot that people know."""
+    entries = tmp_path / "broken_kind-1.dist-info" / "entry_points.txt"
+    entries.write_text("[borecheck.robots]\nzerobot = broken_kind:ROBOT\n")
+    assert main(["check", "zerobot", "ct_gantry", "--q", "home"]) == 2
+    told = capsys.readouterr().err
+    assert "the name is taken twice, by broken_kind:ROBOT and zerobot" in told

@@ -1,17 +1,19 @@
 """From a needle plan to a motion of the robot: stand-off, entry, target."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.core.se3 import inverse
-from borecheck.errors import BorecheckError, UsageError
+from borecheck.errors import BorecheckError, UnknownNameError, UsageError
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_line import NeedleLine
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.robots.description import RobotDescription, hook
+from borecheck.robots.description import RobotDescription, hook, plugin_hook
 from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot
 
@@ -90,7 +92,10 @@ def _driven(
     robot: Robot, description: RobotDescription, depth: float, standoff: float
 ) -> list[tuple[float, float]]:
     """Distance of the tip along the line, and insertion, for a driven needle."""
-    index = robot.model.joint_names.index(description.insertion_joint or "")
+    names = robot.model.joint_names
+    if description.insertion_joint not in names:
+        raise UnknownNameError("joint", description.insertion_joint or "", names)
+    index = names.index(description.insertion_joint)
     start = float(robot.model.lower[index])
     travel = float(robot.model.upper[index]) - start
     if depth > travel:
@@ -127,6 +132,35 @@ def nearest_turn(model: RobotModel, q: Array, before: Array) -> Array:
     return np.where(turns, q + whole, q)
 
 
+def inverse_of(description: RobotDescription) -> Callable[..., Any]:
+    """The inverse kinematics of a description that has one.
+
+    Raises:
+        UsageError: No such function; when called: its own exception, or a result that
+            is not `Solutions`.
+    """
+    wrong = partial(_not_solutions, len(description.joints))
+    return plugin_hook(description, "inverse", hook, wrong)
+
+
+def _not_solutions(count: int, result: Any) -> str | None:
+    """What is wrong with what the inverse hook returned."""
+    found = getattr(result, "configurations", None)
+    rejected = getattr(result, "rejected", None)
+    if not all(isinstance(given, tuple | list) for given in (found, rejected)):
+        return "it must be Solutions((q, ...), (line, ...))"
+    for q in found or ():
+        try:
+            q = np.asarray(q, dtype=np.float64)
+        except (TypeError, ValueError):
+            return f"configuration {q!r} is not numbers"
+        if q.shape != (count,):
+            return f"a configuration has shape {q.shape}, not ({count},) as `joints`"
+        if not np.isfinite(q).all():
+            return f"configuration {q.tolist()} is not finite"
+    return None
+
+
 class _Solver:
     """Inverse kinematics along a line, staying on one branch."""
 
@@ -140,7 +174,7 @@ class _Solver:
         self._robot = robot
         self._description = description
         self._plan = plan
-        self._inverse = hook(description.inverse or "")
+        self._inverse = inverse_of(description)
         self._T_base_scene = inverse(robot.T_scene_base)
         self._direction = self._T_base_scene[:3, :3] @ direction
         self._arguments = {

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from borecheck.errors import UnknownNameError
+from borecheck.robots.described_names import check_names
 from borecheck.robots.description import Description
 from borecheck.robots.generated_meshes import mesh_folder
 from borecheck.robots.model import RobotModel
@@ -28,11 +29,21 @@ def complete_arguments(
 
 def build_installed(
     description: Description, level: str, arguments: Mapping[str, str]
-) -> tuple[RobotModel, str]:
-    """Model and URDF text of an installed description with meshes of that level."""
+) -> tuple[RobotModel, str, tuple[str, ...]]:
+    """Model, URDF text and warnings of an installed description.
+
+    Args:
+        description: Of a robot or scanner.
+        level: Level of detail of its meshes.
+        arguments: The xacro arguments, complete.
+
+    Raises:
+        UsageError: The description names what is not in its URDF.
+    """
     folder = mesh_folder(description, level, arguments)
     complete = dict(arguments)
     if folder is not None:
         complete["mesh_dir"] = str(folder)
     text = expanded_text(description.xacro, complete)
-    return RobotModel(text, str(description.xacro)), text
+    model = RobotModel(text, str(description.xacro))
+    return model, text, check_names(description, model, complete)

@@ -6,12 +6,14 @@ import tempfile
 from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 from borecheck.core.cache import cache_folder
 from borecheck.core.private_folder import make_private
 from borecheck.errors import BorecheckError, UnknownNameError
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.reading import write_stl
-from borecheck.robots.description import LEVELS, Description, hook
+from borecheck.robots.description import LEVELS, Description, hook, plugin_hook
 
 
 def mesh_folder(
@@ -79,10 +81,20 @@ def _generator_sources(module: str) -> list[Path]:
     return sorted(path for folder in folders for path in folder.glob("*.py"))
 
 
+def _not_meshes(result: Any) -> str | None:
+    """What is wrong with what the hook returned."""
+    if isinstance(result, Mapping) and all(
+        isinstance(mesh, TriangleMesh) for mesh in result.values()
+    ):
+        return None
+    return "it must be {file stem: TriangleMesh}"
+
+
 def _generate(
     description: Description, level: str, arguments: Mapping[str, str], folder: Path
 ) -> None:
-    meshes = hook(description.meshes)(level, dict(arguments))
+    build = plugin_hook(description, "meshes", hook, _not_meshes)
+    meshes = build(level, dict(arguments))
     try:
         make_private(folder.parent)
         made = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".making-"))

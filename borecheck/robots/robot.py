@@ -88,7 +88,9 @@ class Robot:
     def home(self) -> Array:
         """Configuration that the description calls home; zero within limits else."""
         if self.description is not None and self.description.home:
-            return self.model.configuration(self.description.home)
+            known = self.model.joint_names  # others are there under other arguments
+            home = {n: v for n, v in self.description.home.items() if n in known}
+            return self.model.configuration(home)
         return np.clip(0.0, self.model.lower, self.model.upper)
 
     @cached_property
@@ -263,7 +265,9 @@ def _load_installed(
 ) -> Robot:
     description: RobotDescription = installed("robots", "robot", name)
     complete = complete_arguments(description, arguments)
-    model, text = build_installed(description, level, complete)
+    model, text, warnings = build_installed(description, level, complete)
+    parts = collision_parts(model.tree, description.xacro, ANYWHERE)
+    refuse_nothing(parts, description.xacro)
     return Robot(
         name=name,
         description=description,
@@ -272,13 +276,13 @@ def _load_installed(
         file=description.xacro,
         urdf_text=text,
         model=model,
-        parts=collision_parts(model.tree, description.xacro, ANYWHERE),
+        parts=parts,
         T_scene_root=_placed_by_base_frame(model, description.base_frame, base),
         allowed_contacts=tuple(
             AllowedPair(*pair, f"description of {name}")
             for pair in description.allowed_contacts
         ),
-        warnings=(),
+        warnings=warnings,
         roots=ANYWHERE,
     )
 

@@ -183,7 +183,7 @@ def _load_installed(name: str, level: str, given: Mapping[str, str]) -> Scene:
     shape = {n: t for n, t in given.items() if n not in description.joints}
     _check_known(description, shape)
     arguments = complete_arguments(description, shape)
-    model, _ = build_installed(description, level, arguments)
+    model, _, warnings = build_installed(description, level, arguments)
     positions = _joint_positions(model, description, joints)
     placements = model.placements(model.check_limits(model.configuration(positions)))
     obstacles = tuple(
@@ -195,14 +195,17 @@ def _load_installed(name: str, level: str, given: Mapping[str, str]) -> Scene:
         )
         for part in collision_parts(model.tree, description.xacro, ANYWHERE)
     )
-    points = {point: placements[point] for point in description.points}
+    # under other arguments there may be more of them
+    points = {p: placements[p] for p in description.points if p in placements}
     values = {**arguments, **{n: repr(v) for n, v in positions.items()}}
     bare = links_without_collision(model.tree)
     not_modelled = (
         *description.not_modelled,
         *(f"{link} of {name}: {AS_DRAWN}" for link in bare),
     )
-    return Scene(name, description, values, level, obstacles, points, not_modelled, ())
+    return Scene(
+        name, description, values, level, obstacles, points, not_modelled, warnings
+    )
 
 
 def _check_known(description: ScannerDescription, given: Mapping[str, str]) -> None:
@@ -215,8 +218,11 @@ def _check_known(description: ScannerDescription, given: Mapping[str, str]) -> N
 def _joint_positions(
     model: RobotModel, description: ScannerDescription, given: Mapping[str, str]
 ) -> dict[str, float]:
-    positions = dict(description.joints)
+    known = model.joint_names  # others are there under other arguments
+    positions = {name: v for name, v in description.joints.items() if name in known}
     for name, text in given.items():
-        joint = model.free_joints[model.joint_names.index(name)]
+        if name not in known:
+            raise UnknownNameError("joint", name, known)
+        joint = model.free_joints[known.index(name)]
         positions[name] = parse_joint_value(str(text), revolute=joint.is_angle)
     return positions

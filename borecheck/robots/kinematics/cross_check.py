@@ -1,6 +1,6 @@
 """Closed form, Pinocchio and yourdfpy about every frame of a robot, compared."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import GeometryError
-from borecheck.robots.description import hook
+from borecheck.robots.description import hook, plugin_hook
 from borecheck.robots.kinematics import sources
 from borecheck.robots.kinematics.agreement import Disagreement, Tolerances, differences
 from borecheck.robots.kinematics.sources import Placements, RobotLike
@@ -98,7 +98,7 @@ def cross_check(
         q=tuple(float(v) for v in qs[0]),
         configurations=len(qs),
         moved_m=_moved(remembered["pinocchio"].all(), len(qs)),
-        parameters=_parameters(robot),
+        parameters=parameters(robot),
         frames={f: {name: at_first[name][f] for name in available} for f in frames},
         worst=worst,
         tolerances=allowed,
@@ -168,12 +168,14 @@ def _available(robot: RobotLike) -> tuple[dict[str, Placements], dict[str, str]]
     return found, silent
 
 
-def _parameters(robot: RobotLike) -> dict[str, float]:
+def parameters(robot: RobotLike) -> dict[str, float]:
+    """The closed form's dimensions by name; none of a robot without the hook."""
     description = robot.description
     if description is None or description.dimensions is None:
         return {}
-    named: Callable[..., dict[str, float]] = hook(description.dimensions)
-    return named(**sources.closed_form_arguments(robot))
+    dimensions = plugin_hook(description, "dimensions", hook, sources.not_dimensions)
+    named: dict[str, float] = dimensions(**sources.closed_form_arguments(robot))
+    return named
 
 
 def _moved(placements: list[dict[str, Array]], count: int) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import UrdfError, UsageError
-from borecheck.robots.description import hook
+from borecheck.robots.description import hook, plugin_hook
 from borecheck.robots.kinematics import sources
 from borecheck.robots.kinematics.agreement import Tolerances, disagreements
 from borecheck.robots.kinematics.sources import Placements, RobotLike
@@ -175,9 +175,8 @@ def _changed_dimensions(
     description = robot.description
     if description is None or description.dimensions is None:
         return
-    named: Mapping[str, float] = hook(description.dimensions)(
-        **sources.closed_form_arguments(robot)
-    )
+    dimensions = plugin_hook(description, "dimensions", hook, sources.not_dimensions)
+    named: Mapping[str, float] = dimensions(**sources.closed_form_arguments(robot))
     for name in named:
         changed = sources.analytic(robot, perturbed={name: by})
         assert changed is not None  # the caller has made sure that there is one

@@ -7,6 +7,7 @@ and an offset, per frame a link's name.
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from io import BytesIO
 from typing import Any, Protocol
 from xml.etree import ElementTree
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from borecheck.core.se3 import inverse
 from borecheck.errors import UnknownNameError, UsageError
-from borecheck.robots.description import RobotDescription, hook
+from borecheck.robots.description import RobotDescription, hook, plugin_hook
 from borecheck.robots.model import RobotModel
 
 Array = NDArray[np.float64]
@@ -64,17 +65,48 @@ def analytic(
     description = robot.description
     if description is None or description.forward is None:
         return None
-    forward = hook(description.forward)
+    wrong = partial(_not_placements, frozenset(compared_frames(robot)))
+    forward = plugin_hook(description, "forward", hook, wrong)
     arguments = closed_form_arguments(robot)
     if perturbed:
         arguments["perturbed"] = dict(perturbed)
     to_paper = _joint_bridge(robot)
 
     def placements(q: Array) -> Mapping[str, Array]:
-        frames: Mapping[str, Array] = forward(to_paper(q), **arguments)
-        return frames
+        frames = forward(to_paper(q), **arguments)
+        return {frame: np.asarray(T, dtype=np.float64) for frame, T in frames.items()}
 
     return placements
+
+
+def _not_placements(frames: frozenset[str], result: Any) -> str | None:
+    """What is wrong with what the forward hook returned."""
+    if not isinstance(result, Mapping):
+        return "it must be {frame: T (4, 4)}"
+    for frame in sorted(frames ^ set(result)):
+        if frame in frames:
+            return f"it has no frame {frame!r}, which the field `frames` names"
+        return f"it has a frame {frame!r}, which the field `frames` does not name"
+    for frame, T in result.items():
+        if not _is_placement(T):
+            return f"frame {frame!r} has shape {np.shape(T)}, not numbers (4, 4)"
+    return None
+
+
+def _is_placement(T: Any) -> bool:
+    try:
+        return np.asarray(T, dtype=np.float64).shape == (4, 4)
+    except (TypeError, ValueError):
+        return False
+
+
+def not_dimensions(result: Any) -> str | None:
+    """What is wrong with what the dimensions hook returned."""
+    if isinstance(result, Mapping) and all(
+        isinstance(value, int | float) for value in result.values()
+    ):
+        return None
+    return "it must be {name: number}"
 
 
 def closed_form_arguments(robot: RobotLike) -> dict[str, Any]:

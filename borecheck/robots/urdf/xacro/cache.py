@@ -8,12 +8,13 @@ from pathlib import Path
 
 from borecheck.core import cache
 from borecheck.core.private_folder import make_private
+from borecheck.errors import UrdfError
 from borecheck.robots.urdf.reach import ANYWHERE
 from borecheck.robots.urdf.xacro import expand
 
 _log = logging.getLogger(__name__)
 
-_KIND = "expanded-1"
+_KIND = "expanded-2"  # 1 held texts of arguments that no file declares
 
 
 def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
@@ -28,7 +29,7 @@ def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
         arguments: All xacro arguments.
 
     Raises:
-        UrdfError: The file cannot be expanded.
+        UrdfError: The file cannot be expanded, or does not know an argument.
     """
     asked = json.dumps([str(path), dict(arguments)], sort_keys=True)
     file = cache.cache_folder() / f"{_KIND}-{sha256(asked.encode()).hexdigest()}.json"
@@ -36,6 +37,8 @@ def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
     if stored is not None:
         return stored
     expanded = expand(path, arguments, ANYWHERE)
+    for name in expanded.unused:  # it would be believed to have an effect
+        raise UrdfError(path, f"no <xacro:arg name={name!r}>", f"argument {name}")
     sources = (*expanded.files, *expanded.data_files)
     document = {
         "text": expanded.text,

@@ -1,23 +1,14 @@
-"""A robot or a scanner as data, and where installed ones are found.
+"""A robot or a scanner as data: what a package that brings one fills in."""
 
-Robots and scanners plug in from above through the entry-point groups
-`borecheck.robots` and `borecheck.scanners`; nothing here knows one by name.
-Hooks are texts `module:function`, imported only when they are needed.
-"""
-
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
-from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.core.units import parse_angle, parse_length
-from borecheck.errors import UnknownNameError, UsageError
+from borecheck.errors import UsageError
 
 LEVELS = ("coarse", "middle", "fine")
 
@@ -181,46 +172,3 @@ class ScannerDescription(Description):
     roles: Mapping[str, str] = field(default_factory=dict)
     joints: Mapping[str, float] = field(default_factory=dict)
     points: Mapping[str, str] = field(default_factory=dict)
-
-
-def hook(reference: str) -> Callable[..., Any]:
-    """The function that a text `module:function` names, imported now."""
-    module, _, function = reference.partition(":")
-    found: Callable[..., Any] = getattr(import_module(module), function)
-    return found
-
-
-def installed_names(group: str) -> list[str]:
-    """Names in the entry-point group `borecheck.<group>`, sorted."""
-    return sorted(_entries(group))
-
-
-@cache
-def installed_folders() -> tuple[Path, ...]:
-    """Folders of all installed descriptions, and of the meshes shipped with them."""
-    found: list[Path] = []
-    for group in ("robots", "scanners"):
-        for name in installed_names(group):
-            try:
-                description: Description = installed(group, group, name)
-            except (ImportError, AttributeError):
-                continue  # a plug-in that cannot be loaded brings no files
-            found.append(description.xacro.parent)
-            found += [] if description.shipped is None else [description.shipped]
-    return tuple(found)
-
-
-def installed(group: str, kind: str, name: str) -> Any:
-    """The installed description of that name.
-
-    Raises:
-        UnknownNameError: None is installed; lists those that are.
-    """
-    entries = _entries(group)
-    if name not in entries:
-        raise UnknownNameError(kind, name, sorted(entries))
-    return entries[name].load()
-
-
-def _entries(group: str) -> dict[str, EntryPoint]:
-    return {entry.name: entry for entry in entry_points(group=f"borecheck.{group}")}

@@ -1,0 +1,228 @@
+"""Whether what a description names is in its URDF: links, joints, the needle's way.
+
+A link or joint may be there under other arguments only; a name is wrong if it is there
+under none of them.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from borecheck.errors import BorecheckError, UsageError
+from borecheck.robots.description import (
+    Description,
+    RobotDescription,
+    ScannerDescription,
+)
+from borecheck.robots.description.fields import not_among
+from borecheck.robots.description.plugins import package_of
+from borecheck.robots.model import RobotModel
+from borecheck.robots.urdf.reach import ANYWHERE
+from borecheck.robots.urdf.xacro import expand
+from borecheck.robots.urdf.xacro.cache import expanded_text
+
+# So many combinations of choices are looked at; each takes a tenth of a second once.
+MAX_COMBINATIONS = 64
+
+# The needle is asked where it goes over so much insertion, [m], and may go aside by a
+# millionth of it: more than rounding, less than a typed angle's last digit.
+STEP, ASIDE = 1e-3, 1e-9
+
+_XACRO = "{http://www.ros.org/wiki/xacro}"
+_NAMES_NO_BODY = {f"{_XACRO}{tag}" for tag in ("arg", "property", "macro", "include")}
+
+
+@dataclass(frozen=True)
+class Named:
+    """A name in a description.
+
+    Attributes:
+        field: Where it stands.
+        name: The name.
+        kind: "link" or "joint".
+        is_needed: Whether nothing can be loaded without it.
+    """
+
+    field: str
+    name: str
+    kind: str
+    is_needed: bool = False
+
+
+def check_names(
+    description: Description, model: RobotModel, arguments: Mapping[str, str]
+) -> tuple[str, ...]:
+    """Warnings about names that may be there under arguments nobody can list.
+
+    Args:
+        description: Of a robot or scanner.
+        model: Built from it.
+        arguments: The xacro arguments of the model, complete.
+
+    Raises:
+        UsageError: A name that is in the URDF under no arguments, or a needle that the
+            insertion joint does not drive; one line with package, field and what is
+            right.
+    """
+    warnings = []
+    for named in _nowhere(description, model, arguments):
+        problem = _problem(named, model)
+        if named.is_needed or not _is_open(description):
+            raise UsageError(f"{_whose(description)}: {problem}")
+        warnings.append(f"{description.name}: {problem}")
+    if isinstance(description, RobotDescription):
+        for problem in _insertion(description, model):
+            raise UsageError(f"{_whose(description)}: {problem}")
+    return tuple(warnings)
+
+
+def _whose(description: Description) -> str:
+    is_robot = isinstance(description, RobotDescription)
+    return package_of("robots" if is_robot else "scanners", description.name)
+
+
+def _is_open(description: Description) -> bool:
+    """Whether arguments may be any text, of which names could be made."""
+    return any(
+        not argument.choices and argument.quantity is None
+        for argument in description.arguments.values()
+    )
+
+
+def _named(description: Description) -> Iterator[Named]:
+    """Every link and joint that a description names."""
+    if isinstance(description, RobotDescription):
+        for field in ("needle_link", "tool_frame", "base_frame"):
+            link = getattr(description, field)
+            if link is not None:
+                yield Named(field, link, "link", field == "base_frame")
+        for frame, link in description.frames.items():
+            yield Named(f"frames[{frame!r}]", link, "link")
+        for one, other, _ in description.allowed_contacts:
+            yield Named("allowed_contacts", one, "link")
+            yield Named("allowed_contacts", other, "link")
+        yield from (Named("home", joint, "joint") for joint in description.home)
+        yield from (
+            Named("joints", joint.name, "joint") for joint in description.joints
+        )
+        if description.insertion_joint is not None:
+            yield Named("insertion_joint", description.insertion_joint, "joint")
+    if isinstance(description, ScannerDescription):
+        yield from (Named("roles", link, "link") for link in description.roles)
+        yield from (Named("points", link, "link") for link in description.points)
+        yield from (Named("joints", joint, "joint") for joint in description.joints)
+
+
+def _nowhere(
+    description: Description, model: RobotModel, arguments: Mapping[str, str]
+) -> list[Named]:
+    """The names that are in the URDF neither here nor under other arguments."""
+    here = {("link", name) for name in model.link_names}
+    here |= {("joint", name) for name in model.joint_names}
+    absent = [n for n in _named(description) if (n.kind, n.name) not in here]
+    # A link of a joint's name is a mistake here, not a link of other arguments.
+    taken = {*model.link_names, *(joint.name for joint in model.tree.joints)}
+    wanted = {(n.kind, n.name) for n in absent if n.name not in taken}
+    elsewhere = _elsewhere(description, arguments, wanted) if wanted else set()
+    return [
+        n
+        for n in absent
+        if n.is_needed or n.name in taken or (n.kind, n.name) not in elsewhere
+    ]
+
+
+def _elsewhere(
+    description: Description, arguments: Mapping[str, str], wanted: set[tuple[str, str]]
+) -> set[tuple[str, str]]:
+    """(kind, name) of bodies under other choices, and of those written in the files."""
+    found: set[tuple[str, str]] = set()
+    for choices in _combinations(description, arguments):
+        try:
+            text = expanded_text(description.xacro, {**arguments, **choices})
+        except BorecheckError:
+            continue  # choices that do not go together have no links
+        found |= _bodies(text)
+        if wanted <= found:
+            return found
+    if any(not argument.choices for argument in description.arguments.values()):
+        for file in expand(description.xacro, arguments, ANYWHERE).files:
+            found |= _written(file)
+    return found
+
+
+def _combinations(
+    description: Description, arguments: Mapping[str, str]
+) -> list[dict[str, str]]:
+    """Other choices than the present ones, those with few changes first."""
+    choices = {n: a.choices for n, a in description.arguments.items() if a.choices}
+    changes = []
+    for values in product(*choices.values()):
+        chosen = dict(zip(choices, values, strict=True))
+        changes.append({n: v for n, v in chosen.items() if v != arguments[n]})
+    return sorted(filter(None, changes), key=len)[:MAX_COMBINATIONS]
+
+
+def _bodies(text: str) -> set[tuple[str, str]]:
+    """(kind, name) of the links and joints of a URDF."""
+    root = ElementTree.fromstring(text)
+    return {
+        (kind, element.get("name", ""))
+        for kind in ("link", "joint")
+        for element in root.iter(kind)
+    }
+
+
+def _written(file: Path) -> set[tuple[str, str]]:
+    """What links and joints of a xacro file may be called, conditions left aside.
+
+    A macro's call may hold the name in any attribute.
+    """
+    root = ElementTree.fromstring(file.read_bytes())
+    found = {
+        (kind, element.get("name", ""))
+        for kind in ("link", "joint")
+        for element in root.iter(kind)
+    }
+    for element in root.iter():
+        if element.tag.startswith(_XACRO) and element.tag not in _NAMES_NO_BODY:
+            for text in element.attrib.values():
+                found |= {("link", text), ("joint", text)}
+    return found
+
+
+def _problem(named: Named, model: RobotModel) -> str:
+    if named.kind == "link":
+        known = list(model.link_names)
+        return not_among(named.field, named.name, "link of its URDF", known)
+    known = list(model.joint_names)
+    for joint in model.tree.joints:
+        if joint.name == named.name:
+            why = "fixed" if joint.type == "fixed" else "a joint that follows another"
+            listed = ", ".join(known)
+            return f"{named.field} {named.name!r} is {why}, not free (free: {listed})"
+    return not_among(named.field, named.name, "free joint of its URDF", known)
+
+
+def _insertion(description: RobotDescription, model: RobotModel) -> Iterator[str]:
+    """The insertion joint drives the needle along itself, forward."""
+    name, frame = description.insertion_joint, description.tool_frame
+    if name not in model.joint_names or frame not in model.link_names:
+        return
+    index = model.joint_names.index(name)
+    before = np.zeros(len(model.free_joints))
+    after = before.copy()
+    after[index] = STEP
+    T, T_after = (model.placements(q)[frame] for q in (before, after))
+    moved, needle = T_after[:3, 3] - T[:3, 3], STEP * T[:3, 2]
+    if model.free_joints[index].is_angle:
+        yield f"insertion_joint {name!r} turns; it must be prismatic"
+    elif float(np.linalg.norm(moved - needle)) > ASIDE:
+        way, along = (np.round(v / STEP, 6).tolist() for v in (moved, needle))
+        yield (
+            f"insertion_joint {name!r} moves the tip along {way}, not along the "
+            f"needle, {along}: z of tool_frame {frame!r}"
+        )
