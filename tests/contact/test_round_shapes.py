@@ -1,6 +1,9 @@
 """Spheres, capsules and cylinders against what is known of them in closed form."""
 
 import json
+from dataclasses import fields as dataclass_fields
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +11,13 @@ from scipy.spatial.transform import Rotation
 
 import borecheck as bc
 from borecheck.contact import round_shapes
+from borecheck.contact.verdict import (
+    Answer,
+    Closest,
+    Containment,
+    TrianglePair,
+    Verdict,
+)
 from borecheck.geometry.mesh.primitives import TOLERANCE, box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion.certify import write_path_certificate
@@ -223,3 +233,210 @@ def test_a_certificate_speaks_of_the_polyhedron_around(tmp_path):
         widths = [np.ptp(meshes[n][:, 0]) for n in meshes if n.endswith("vertices")]
     assert len(nearer["bodies"]) == 2
     assert 0.04 <= min(widths) < 0.04 + 2 * TOLERANCE  # the capsule's, from outside
+
+
+def answer(verdict):
+    return Answer(verdict, f"it is {verdict}", ("q",), (("a", "b"),))
+
+
+# names and how far they may be larger than their shapes
+BAND = {"flat": 0.0, "ball": 1e-4, "rod": 2e-4}
+
+
+def bodies():
+    """A robot and a scene of bodies with the same names and bands."""
+    meshes = [SimpleNamespace(name=n, excess=width) for n, width in BAND.items()]
+    parts = [SimpleNamespace(mesh=mesh) for mesh in meshes]
+    others = [SimpleNamespace(name=mesh.name, mesh=mesh) for mesh in meshes]
+    return SimpleNamespace(parts=parts), SimpleNamespace(obstacles=others)
+
+
+def found(obstacles="clear", itself="clear", **more):
+    fields = {
+        "margin_m": 0.0,
+        "clearance_m": 0.25,
+        "closest": None,
+        "contacts": (),
+        "self_contacts": (),
+        "contained": (),
+        "verdict": "contact",
+        "reason": "as found",
+        "qualifiers": ("q",),
+        **more,
+    }
+    names = [f.name for f in dataclass_fields(Verdict)]
+    rest = dict.fromkeys(names)
+    both = {"obstacles": answer(obstacles), "itself": answer(itself)}
+    return Verdict(**{**rest, **fields, **both})
+
+
+def touch(*names):
+    return TrianglePair(*names, 0, 0)
+
+
+def held(first, second, state="a_in_b", role="scanner"):
+    return Containment(first, second, role, state, f"{first} in {second}")
+
+
+FLAT, ROUND = ("flat", "flat"), ("flat", "ball")
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_contact_is_sure_if_one_pair_is_of_no_round_shape(own):
+    role, field = ("self", "self_contacts") if own else ("scanner", "contacts")
+    other = "contacts" if own else "self_contacts"
+    sure = [
+        {field: (touch(*FLAT),)},
+        {field: (touch(*ROUND), touch(*FLAT))},
+        {field: (touch(*ROUND),), "contained": (held(*FLAT, role=role),)},
+    ]
+    unsure = [
+        {},
+        {field: (touch(*ROUND),)},
+        {field: (touch(*ROUND[::-1]),)},
+        {field: (touch("ball", "ball"),)},
+        {field: (touch("ball", "rod"),)},
+        {other: (touch(*FLAT),)},
+        {"contained": (held(*FLAT, state="unknown", role=role),)},
+        {"contained": (held(*FLAT, role="self" if role != "self" else "couch"),)},
+        {"contained": (held(*ROUND, role=role),)},
+    ]
+    for fields, expected in [*((f, True) for f in sure), *((f, False) for f in unsure)]:
+        verdict = found("contact", "contact", **fields)
+        assert round_shapes.is_sure(verdict, *bodies(), own) is expected, fields
+
+
+def nearest(link="ball", obstacle="rod", distance=0.125):
+    points = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    return Closest(link, obstacle, "scanner", distance, 0.25, points, (0, 0))
+
+
+HELD_OUT, HELD_IN = held("ball", "flat"), held("ball", "flat", role="self")
+IN_OUT = held("rod", "flat", "unknown")
+IN_IN = held("rod", "flat", "unknown", role="self")
+
+
+def both_ways(own, *, inside="clear", **more):
+    around = found(
+        "contact",
+        "contact",
+        contacts=(touch("ball", "rod"),),
+        self_contacts=(touch("rod", "flat"),),
+        contained=(HELD_OUT, HELD_IN),
+        **more,
+    )
+    inner = found(
+        inside, inside, contained=(IN_OUT, IN_IN), closest=nearest("rod", "flat")
+    )
+    return around, round_shapes.between(around, inner, *bodies(), own)
+
+
+def test_about_obstacles_what_lies_in_the_band_is_unknown():
+    around, verdict = both_ways(False)
+    assert verdict.obstacles == Answer(
+        "unknown",
+        "ball and rod: 0 to 0.300 mm apart; ball is round and known to 0.100 mm and "
+        "rod is round and known to 0.200 mm",
+    )
+    assert verdict.itself == around.itself
+    assert (verdict.contacts, verdict.self_contacts) == ((), around.self_contacts)
+    assert verdict.contained == (HELD_IN, IN_OUT)
+    assert verdict.closest == nearest("rod", "flat", 0.0)
+    assert verdict.clearance_m == 0.0
+    # the robot itself decides
+    assert (verdict.verdict, verdict.reason) == ("contact", "it is contact")
+    assert verdict.qualifiers == ("q",)
+
+
+def test_about_itself_the_obstacles_keep_their_answer():
+    around, verdict = both_ways(True)
+    assert verdict.itself == Answer(
+        "unknown",
+        "rod and flat: 0 to 0.200 mm apart; rod is round and known to 0.200 mm",
+    )
+    assert verdict.obstacles == around.obstacles
+    assert (verdict.contacts, verdict.self_contacts) == (around.contacts, ())
+    assert verdict.contained == (HELD_OUT, IN_IN)
+    assert (verdict.closest, verdict.clearance_m) == (None, None)
+
+
+def test_nearest_points_that_are_known_stay():
+    for own in (False, True):
+        _, verdict = both_ways(own, closest=nearest())
+        assert verdict.closest == nearest()
+        assert verdict.clearance_m == 0.125
+
+
+def test_contact_of_what_lies_within_is_contact():
+    for own in (False, True):
+        around, verdict = both_ways(own, inside="contact")
+        assert verdict is around
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_with_a_margin_the_band_lies_outside_it(own):
+    _, verdict = both_ways(own, margin_m=0.005)
+    reason = (verdict.itself if own else verdict.obstacles).reason
+    assert ("more than the margin of 5 mm apart" in reason) is not own
+
+
+def test_the_pair_that_is_told_is_the_first_in_contact():
+    pair = round_shapes._pair
+    both = {"contacts": (touch("a", "b"), touch("c", "d"))}
+    both["self_contacts"] = (touch("e", "f"),)
+    assert pair(found(**both), False) == ("a", "b")
+    assert pair(found(**both), True) == ("e", "f")
+    solids = (HELD_IN, held("rod", "ball"), HELD_OUT)
+    assert pair(found(contained=solids), False) == ("rod", "ball")
+    assert pair(found(contained=solids[1:] + solids[:1]), True) == ("ball", "flat")
+    assert pair(found(contained=(HELD_IN,), closest=nearest()), False) == (
+        *("ball", "rod"),
+    )
+
+
+def test_only_the_questions_that_are_unsure_are_asked_again(monkeypatch):
+    """And nothing where there are no polyhedra within."""
+    sure = {False: False, True: False}
+    changed = []
+
+    def between(around, inside, robot, scene, own):
+        assert inside == ("examined", "parts", "others")
+        changed.append(own)
+        return replace(around, reason=f"{around.reason} {own}")
+
+    shapes = ("parts", "others")
+    monkeypatch.setattr(round_shapes, "is_sure", lambda *given: sure[given[-1]])
+    monkeypatch.setattr(round_shapes, "within", lambda *given: shapes)
+    monkeypatch.setattr(round_shapes, "between", between)
+
+    def asked(obstacles, itself):
+        del changed[:]
+        verdict = found(obstacles, itself)
+        new = round_shapes.confirmed(
+            verdict, None, None, lambda *given: ("examined", *given)
+        )
+        assert new.reason == " ".join(["as found", *map(str, changed)])
+        return list(changed)
+
+    assert asked("contact", "contact") == [False, True]
+    assert asked("contact", "unknown") == [False]
+    assert asked("clear", "contact") == [True]
+    assert asked("clear", "unknown") == []
+    sure[False] = True
+    assert asked("contact", "contact") == [True]
+    shapes = None
+    assert asked("contact", "contact") == []
+
+
+def test_robot_and_scene_within_have_every_inner_mesh(tmp_path):
+    robot = robot_of(tmp_path, "sphere", 0.05, Rotation.identity())
+    scene = wall_at(0.5)
+    parts, others = round_shapes.within(robot, scene)
+    assert [p.mesh for p in parts.parts] == [p.mesh.inner for p in robot.parts]
+    assert parts.parts[0].mesh is not robot.parts[0].mesh
+    assert [o.mesh for o in others.obstacles] == [scene.obstacles[0].mesh]
+    flat = replace(robot, parts=())
+    assert round_shapes.within(flat, scene) is None
+    ball = replace(scene.obstacles[0], mesh=robot.parts[0].mesh)
+    _, others = round_shapes.within(flat, replace(scene, obstacles=(ball,)))
+    assert others.obstacles[0].mesh is robot.parts[0].mesh.inner
