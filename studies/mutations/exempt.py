@@ -111,4 +111,73 @@ EQUIVALENT = {
     "_lengths((a[:, None] - b).reshape(-1, 3)) <= distance": (
         "a quick look; what is as far as the distance is answered so by the bounds, too"
     ),
+    "borecheck/verify/distance.py nearer_than: "
+    "_lengths(first[:, 0] - second[:, 0]) < distance -> "
+    "_lengths(first[:, 0] - second[:, 0]) <= distance": ("as above"),
+    "borecheck/verify/distance.py _edges: i + 1 -> i - 1": (
+        "the edges of a triangle the other way round: the same edges"
+    ),
+    "borecheck/verify/distance.py _edges: j + 1 -> j - 1": ("as above"),
+    "borecheck/verify/distance.py _edges: 1 -> 2": ("as above"),
+    "borecheck/verify/distance.py : 32 -> 64": (
+        "how many triangles are in a group: answers are those of all pairs anyway"
+    ),
+    "borecheck/verify/distance.py : 100000 -> 200000": (
+        "how many pairs are handled at a time: they are all handled"
+    ),
+    "borecheck/verify/passage.py StatedCorridor.depth_and_width: 1 -> 2": (
+        "numpy takes any negative length of a shape for the one to be found"
+    ),
+    "borecheck/plans/corridor.py common_points: 1 -> 2": ("as above"),
+    "borecheck/verify/passage.py StatedCorridor._aside_of: "
+    "best * around <= abs(sum(turns)) + ROUNDING * around -> "
+    "best * around < abs(sum(turns)) + ROUNDING * around": (
+        "both differ by far more or by far less than the rounding that is added"
+    ),
+    "borecheck/verify/passage.py StatedCorridor._aside_of: -1 -> 1": (
+        "the sides of a polygon the other way round: as near, and all turns negated"
+    ),
+    "borecheck/verify/passage.py StatedCorridor._aside_of: 0.0 -> 1.0": (
+        "a place along a side of no length: any is the same point"
+    ),
+    "borecheck/verify/solid.py _is_free: point <= high -> point < high": (
+        "from beside a part a line leads away, whether its box is touched or not"
+    ),
+    "borecheck/verify/solid.py side_of: corners.min(axis=(0, 1)) -> corners.min()": (
+        "a quick look: from outside of the box a line along an axis leads away"
+    ),
+    "borecheck/verify/solid.py leads_away: "
+    "np.abs(along) > rim * size -> np.abs(along) >= rim * size": (
+        "what is at the bound is rounding of it"
+    ),
+    "borecheck/verify/solid.py is_embedded: i < j -> i > j": (
+        "each pair is looked at once either way, and both of its orders are asked"
+    ),
+    "borecheck/verify/binding.py _numbers: first.size and "
+    "(not (np.abs(first - second) <= SAME).all()) -> "
+    "not (np.abs(first - second) <= SAME).all()": ("of no numbers all are the same"),
+    "borecheck/verify/binding.py _pairs: 0.0 -> 1.0": (
+        "pairs that may touch have no numbers: the same on both sides"
+    ),
+    "borecheck/verify/binding.py _names: plan is not None and other is not None -> "
+    "plan is not None or other is not None": (
+        "where one of them is None alone, that was told before"
+    ),
+    "borecheck/verify/binding.py _names: plan is not None and other is not None -> "
+    "plan is not None": ("as above"),
+    "borecheck/verify/binding.py _names: plan is not None and other is not None -> "
+    "other is not None": ("as above"),
+    "borecheck/plans/corridor.py _is_in: "
+    "inward < -tolerance * length * float(np.linalg.norm(q - p)) -> "
+    "inward <= -tolerance * length * float(np.linalg.norm(q - p))": (
+        "at the bound of rounding; triangles of no area come to no crossing"
+    ),
+    "borecheck/plans/plan_motion.py _Solver.__init__: "
+    "description.inverse or '' -> description.inverse": (
+        "for the types: plans are refused before where there is none"
+    ),
+    "borecheck/plans/plan_file.py _json_plan: "
+    "len(set(bare.values())) < len(bare) -> len(set(bare.values())) > len(bare)": (
+        "one coordinate under two names has two units, which is refused before"
+    ),
 }

@@ -7,7 +7,7 @@ from borecheck.core.se3 import rpy_matrix
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.topology import topology
-from borecheck.plans.corridor import Corridor, common_points
+from borecheck.plans.corridor import Corridor, _edge_crossings, common_points
 from borecheck.verify.passage import MOST_SLACK
 
 # Needle of 1 mm, 50 mm deep; a hair is far below what is asked and above rounding.
@@ -175,3 +175,18 @@ def test_a_needle_all_of_whose_tail_is_near_an_open_skin_may_be_in():
     )
     assert DOWN.stray(rod(-0.02, 0.3), hood, topology(hood)) is not None
     assert DOWN.stray(rod(-0.02, 0.6), hood, topology(hood)) is None
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 50.0])
+@pytest.mark.parametrize("first", [0, 1, 2])
+def test_a_crossing_just_beside_an_edge_counts_up_to_rounding(size, first):
+    """A thousand-millionth of the triangle's size, wherever it stands."""
+    shift = size * np.array([4.0, 6.0, 5.0])
+    right = size * np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    for beyond, counts in ((0.5e-9, 1), (3e-9, 0)):
+        y = -beyond * size
+        blade = [[0.3 * size, y, -size], [0.3 * size, y, size]]
+        blade = np.array([*blade, [0.3 * size, -9.0 * size, size]])
+        for turn in (1, -1):
+            triangle = np.roll(right, first, axis=0)[::turn] + shift
+            assert len(_edge_crossings(blade + shift, triangle)) == counts

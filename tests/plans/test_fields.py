@@ -304,3 +304,21 @@ def test_csv_that_is_no_plan(tmp_path, text, words):
     file.write_text(text)
     with pytest.raises(PlanError, match=words):
         read_plans(file)
+
+
+def test_plans_are_read_up_to_twenty_megabytes(tmp_path):
+    file = tmp_path / "p.csv"
+    file.write_bytes(b"")
+    for size, words in ((20_000_000, "NUL"), (20_000_001, "larger than 20000000")):
+        with file.open("r+b") as opened:
+            opened.truncate(size)
+        with pytest.raises(PlanError, match=words):
+            read_plans(file)
+
+
+@pytest.mark.parametrize("other", ["entry_z_mm", "entry_z_m"])
+def test_a_coordinate_with_a_unit_and_without_is_refused(tmp_path, other):
+    file = tmp_path / "p.json"
+    file.write_text(json.dumps({"name": "p", **POINTS, other: 100}))
+    with pytest.raises(PlanError, match="not in the same unit"):
+        read_plans(file)

@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 
 from borecheck.errors import UsageError
+from borecheck.plans import plan_motion as module
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.plans.plan_motion import UnreachableError, check_mount, plan_motion
+from borecheck.plans.plan_motion import (
+    UnreachableError,
+    check_mount,
+    nearest_turn,
+    plan_motion,
+)
 
 # Zerobot's needle drive: 150 mm (docs/zerobot.md), from 0.
 TRAVEL = 0.15
@@ -114,3 +120,57 @@ def test_without_inverse_kinematics_a_path_is_asked_for(zerobot):
     robot = replace(zerobot, description=replace(zerobot.description, inverse=None))
     with pytest.raises(UsageError, match="give --path instead"):
         plan_motion(robot, plan(0.05))
+
+
+def test_a_continuous_joint_goes_the_short_way():
+    """Within half a turn of where it was, by whole turns; others stay as they are."""
+    model = SimpleNamespace(
+        free_joints=[SimpleNamespace(type=t) for t in ("continuous", "revolute")]
+    )
+    turn = 2.0 * np.pi
+    for q, before, expected in (
+        (-3.1, 3.1, turn - 3.1),
+        (3.1, -3.1, 3.1 - turn),
+        (0.5, 0.5 + 5.0 * turn, 0.5 + 5.0 * turn),
+        (1.0, -20.0, 1.0 - 3.0 * turn),
+        (1.0, 1.0 + 0.49 * turn, 1.0),
+        (1.0, 1.0 + 0.51 * turn, 1.0 + turn),
+    ):
+        found = nearest_turn(model, np.array([q, q]), np.array([before, before]))
+        np.testing.assert_allclose(found, [expected, q], atol=1e-12)
+
+
+def answered(monkeypatch, answer):
+    """Inverse kinematics whose answers are changed."""
+    real = module.hook
+
+    def hook(reference):
+        inverse = real(reference)
+        return lambda *given, **named: answer(inverse(*given, **named))
+
+    monkeypatch.setattr(module, "hook", hook)
+
+
+def test_of_several_configurations_the_nearest_is_taken(monkeypatch, zerobot):
+    expected = plan_motion(zerobot, plan(0.05)).waypoints
+
+    def more(found):
+        q = np.asarray(found.configurations[0])
+        far = q + np.eye(len(q))[0] * 3.0
+        return SimpleNamespace(configurations=[far, q, far + 1.0], rejected=())
+
+    answered(monkeypatch, more)
+    np.testing.assert_array_equal(plan_motion(zerobot, plan(0.05)).waypoints, expected)
+
+
+@pytest.mark.parametrize(
+    ("rejected", "words"),
+    [((), "no solution"), (("q1 is too long", "q2"), r"q1 is too long \| or: q2")],
+)
+def test_without_a_configuration_each_reason_is_told(
+    monkeypatch, zerobot, rejected, words
+):
+    none = SimpleNamespace(configurations=[], rejected=rejected)
+    answered(monkeypatch, lambda _found: none)
+    with pytest.raises(UnreachableError, match=f"plan p is out of reach: {words}$"):
+        plan_motion(zerobot, plan(0.05))

@@ -234,6 +234,18 @@ def test_a_pair_more_that_may_touch_is_told_with_its_reason() -> None:
     )
 
 
+def test_pairs_are_told_in_their_order() -> None:
+    stated = changed("pairs", to=[])
+    names = ("arm and bore", "arm and man", "hand and bore", "hand and man")
+    lines = [f"{both}: it lacks them under pairs" for both in names]
+    assert told(stated) == (*lines, "needle and bore: it lacks them under pairs")
+    stated = content()
+    for pair in stated["pairs"]:
+        pair["margin_m"] = 0.01
+    lines = [f"{both}: margin: 0.01, not 0.02" for both in names]
+    assert told(stated) == (*lines, "needle and bore: margin: 0.01, not 0.02")
+
+
 def test_the_order_within_a_pair_is_free() -> None:
     stated = content()
     stated["pairs"] = [

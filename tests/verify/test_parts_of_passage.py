@@ -145,6 +145,11 @@ def test_a_needle_of_many_triangles_is_cut_into_some_lengths() -> None:
     assert corridor().why_not(needle, 0.0) == ""
     across = np.concatenate([sheet[None], SKIN])
     assert corridor(across).why_not(needle, 0.0) == "may meet it before the entry"
+    # the first and the last of the lengths, too
+    for at, meets in ((-0.0999, True), (-SLACK - 1e-5, True), (-0.1001, False)):
+        there = np.concatenate([sheet[None] + [0.0, 0.0, at + 0.05], SKIN])
+        why = corridor(there).why_not(needle, 0.0)
+        assert (why == "may meet it before the entry") == meets
 
 
 def distance_to_line(polygon: Array, rng: np.random.Generator) -> float:

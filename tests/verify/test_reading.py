@@ -153,6 +153,46 @@ def test_as_much_as_may_be_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
             _of_archive(archive)
 
 
+def test_no_more_arrays_than_twenty_thousand_are_read() -> None:
+    """Told by the archive's table, before anything is unpacked."""
+    with zipfile.ZipFile(io.BytesIO(packed(**good()))) as archive:
+        for count, words in ((20_000, "unpacks to more|something"), (20_001, "many")):
+            archive.filelist = [zipfile.ZipInfo(f"{k}.note.npy") for k in range(count)]
+            with pytest.raises(Rejected, match=words):
+                _of_archive(archive)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "triangles", "words"),
+    [
+        (VERTICES, TRIANGLES[:, :2], "no triangles of three corners"),
+        (VERTICES, np.array([[0, 1, 2, 3]]), "no triangles of three corners"),
+        (VERTICES, TRIANGLES[:0], "no triangles of three corners"),
+        (VERTICES, TRIANGLES[0], "no vertices or triangles of three"),
+        (VERTICES[:, :2], TRIANGLES, "no vertices or triangles of three"),
+        (VERTICES[0], TRIANGLES, "no vertices or triangles of three"),
+        (VERTICES.astype(str), TRIANGLES, "not made of numbers"),
+        (VERTICES, TRIANGLES.astype(float), "not made of numbers"),
+        (VERTICES * -1e3 * (1 + 1e-12), TRIANGLES, "not within 1000 m"),
+        (VERTICES + np.nan, TRIANGLES, "not within 1000 m"),
+        (VERTICES, TRIANGLES + 1, "corner is no vertex"),
+        (VERTICES, TRIANGLES + 2, "corner is no vertex"),
+        (VERTICES, TRIANGLES - 1, "corner is no vertex"),
+        (VERTICES.astype(int), TRIANGLES.astype(np.uint8), ""),
+        (VERTICES * -1e3, TRIANGLES, ""),
+    ],
+)
+def test_arrays_that_are_given(vertices: Any, triangles: Any, words: str) -> None:
+    if words:
+        with pytest.raises(Rejected, match=words):
+            read_meshes([(vertices, triangles)])
+        return
+    ((points, corners),) = read_meshes({"any": (vertices, triangles)}).values()
+    assert (points.dtype, corners.dtype) == (np.float64, np.int64)
+    np.testing.assert_array_equal(points, vertices)
+    np.testing.assert_array_equal(corners, triangles)
+
+
 def test_hashes_cover_type_shape_and_data() -> None:
     hashes = {
         mesh_hash(VERTICES, TRIANGLES),
