@@ -299,3 +299,69 @@ def test_the_result_names_pair_and_instant_and_allows_for_round_shapes(monkeypat
     assert found._result(0.375).upper == 0.6875
     assert Tolerance(0.25, 0.1).allowed(1.0) == 0.25
     assert Tolerance(0.25, 0.1).allowed(0.2) == 0.1
+
+
+def said(verdict, certified=False):
+    return SimpleNamespace(verdict=verdict, certified=certified)
+
+
+def asked_of(monkeypatch, verdict, margin, again="unknown", tolerance=None):
+    """What a search is made of, or None; and what was searched before."""
+    searches = []
+
+    def search(problem, waypoints):
+        searches.append((problem.margin, waypoints))
+        return said(again)
+
+    def made(problem, motion, tolerance, floor):
+        parts = (problem.margin, motion.span, tolerance, floor)
+        return SimpleNamespace(run=lambda instants: (*parts, instants))
+
+    problem = PathProblem(slider(), (), (), margin=margin)
+    monkeypatch.setattr(module, "search", search)
+    monkeypatch.setattr(module, "_Search", made)
+    monkeypatch.setattr(
+        module, "path_motion", lambda problem, points: SimpleNamespace(span=points)
+    )
+    found = module.least_clearance(problem, "points", verdict, tolerance, (0.5,))
+    return found, searches
+
+
+def test_what_was_kept_already_is_more_than_the_margin(monkeypatch):
+    mine = Tolerance(0.5, 0.25)
+    found, searches = asked_of(monkeypatch, said("clear", True), 0.25, tolerance=mine)
+    assert found == (0.25, "points", mine, np.nextafter(0.25, 1.0), (0.5,))
+    assert searches == []
+    for verdict in (said("unknown"), said("clear")):
+        found, searches = asked_of(monkeypatch, verdict, 0.25)
+        assert found == (0.25, "points", Tolerance(0.05, 1e-4), None, (0.5,))
+        assert searches == []
+
+
+def test_in_contact_the_motion_is_asked_again_without_its_margin(monkeypatch):
+    found, searches = asked_of(monkeypatch, said("contact"), 0.25)
+    assert searches == [(0.0, "points")]
+    assert (found[0], found[3]) == (0.0, None)
+    found, searches = asked_of(monkeypatch, said("contact"), 0.25, again="contact")
+    assert (found, searches) == (None, [(0.0, "points")])
+    assert asked_of(monkeypatch, said("contact"), 0.0) == (None, [])
+
+
+def test_what_boxes_say_of_obstacles_is_where_a_search_begins(monkeypatch):
+    rooms = SimpleNamespace(
+        least=np.array([0.5, 0.25, 9.0]), moved=np.array([0.125, 1.0, 9.0])
+    )
+    monkeypatch.setattr(module, "rooms_of_pairs", lambda *given: rooms)
+    parts = (Body("part", box("part", [0.1] * 3), 0),)
+    wall = Body("wall", box("wall", [0.1] * 3), T_frame_mesh=transform([9, 0, 0]))
+    problem = PathProblem(slider(), parts, (wall, wall), ((0, 0),))
+    motion = path_motion(problem, [[0.0], [1.0], [2.0]])
+    found = _Search(problem, motion, Tolerance(), None)
+    assert len(found.pairs) == 2
+    assert found.least.tolist() == [0.5, 0.25]
+    assert found.change.tolist() == [0.25, 2.0]
+    assert (found.span, found.upper, found.time, found.nearest) == (2.0, inf, 0.0, -1)
+    assert (
+        _Search(PathProblem(slider(), parts, ()), motion, Tolerance(), None).run([])
+        is None
+    )
