@@ -82,6 +82,10 @@ EQUIVALENT = {
     "borecheck/contact/causes.py _determinants: 1 -> 2": (
         "as above: the edge from a corner to the one before it, the other way round"
     ),
+    "borecheck/contact/check.py _clearance: "
+    "min(links.values(), default=None) -> min(links.values())": (
+        "it is asked only where there are some"
+    ),
     "borecheck/contact/pose_batch.py PoseBatch.held: 2 -> 3": (
         "a slice of two entries up to the third holds both"
     ),

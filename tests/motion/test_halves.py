@@ -36,11 +36,13 @@ def searched(monkeypatch, found, itself, *, pairs=((0, 0),)):
     asked = []
 
     def search(of, points):
-        asked.append((of.obstacles == (), of.self_pairs, of.doubt, of.passages, points))
+        row = (of.obstacles == (), of.self_pairs, of.doubt, len(of.passages), points)
+        asked.append(row)
         return itself if of.obstacles == () else "obstacles alone"
 
     monkeypatch.setattr(halves, "search", search)
-    robot = problem(0.5, self_pairs=pairs, doubt="a doubt")
+    passage = SimpleNamespace(part=0, obstacle=0, corridor=None)
+    robot = problem(0.0, self_pairs=pairs, doubt="a doubt", passages=(passage,))
     return halves.searched(robot, "points", found), asked
 
 
@@ -56,7 +58,7 @@ def test_a_robot_that_is_clear_of_itself_leaves_the_first_answer(monkeypatch):
     contact, clear = verdict("contact"), verdict("clear")
     answers, asked = searched(monkeypatch, contact, clear)
     assert answers == (contact, clear)
-    assert asked == [(True, ((0, 0),), None, (), "points")]
+    assert asked == [(True, ((0, 0),), None, 0, "points")]
 
 
 @pytest.mark.parametrize("said", ["contact", "unknown"])
@@ -64,7 +66,7 @@ def test_else_the_obstacles_are_asked_alone(monkeypatch, said):
     itself = verdict(said)
     answers, asked = searched(monkeypatch, verdict("contact"), itself)
     assert answers == ("obstacles alone", itself)
-    assert asked[1] == (False, (), "a doubt", (), "points")
+    assert asked[1] == (False, (), "a doubt", 1, "points")
 
 
 def test_answers_name_the_links_in_contact():
