@@ -117,12 +117,21 @@ EQUIVALENT = {
     ),
     "borecheck/verify/distance.py nearer_than: "
     "_lengths(first[:, 0] - second[:, 0]) < distance -> "
-    "_lengths(first[:, 0] - second[:, 0]) <= distance": ("as above"),
+    "_lengths(first[:, 0] - second[:, 0]) <= distance": (
+        "a quick look, too; the bounds answer the same"
+    ),
+    "borecheck/verify/distance.py _some_points_nearer: 1 -> 2": (
+        "a quick look at other corners; the bounds answer the same"
+    ),
     "borecheck/verify/distance.py _edges: i + 1 -> i - 1": (
         "the edges of a triangle the other way round: the same edges"
     ),
-    "borecheck/verify/distance.py _edges: j + 1 -> j - 1": ("as above"),
-    "borecheck/verify/distance.py _edges: 1 -> 2": ("as above"),
+    "borecheck/verify/distance.py _edges: j + 1 -> j - 1": (
+        "as above, of the other triangle"
+    ),
+    "borecheck/verify/distance.py _edges: 1 -> 2": (
+        "as above: an edge to the corner before, the other way round"
+    ),
     "borecheck/verify/distance.py : 32 -> 64": (
         "how many triangles are in a group: answers are those of all pairs anyway"
     ),
@@ -132,7 +141,9 @@ EQUIVALENT = {
     "borecheck/verify/passage.py StatedCorridor.depth_and_width: 1 -> 2": (
         "numpy takes any negative length of a shape for the one to be found"
     ),
-    "borecheck/plans/corridor.py common_points: 1 -> 2": ("as above"),
+    "borecheck/plans/corridor.py common_points: 1 -> 2": (
+        "numpy takes any negative length of a shape for the one to be found"
+    ),
     "borecheck/verify/passage.py StatedCorridor._aside_of: "
     "best * around <= abs(sum(turns)) + ROUNDING * around -> "
     "best * around < abs(sum(turns)) + ROUNDING * around": (
@@ -168,17 +179,13 @@ EQUIVALENT = {
         "where one of them is None alone, that was told before"
     ),
     "borecheck/verify/binding.py _names: plan is not None and other is not None -> "
-    "plan is not None": ("as above"),
+    "plan is not None": ("where one of them is None alone, that was told before"),
     "borecheck/verify/binding.py _names: plan is not None and other is not None -> "
-    "other is not None": ("as above"),
+    "other is not None": ("where one of them is None alone, that was told before"),
     "borecheck/plans/corridor.py _is_in: "
     "inward < -tolerance * length * float(np.linalg.norm(q - p)) -> "
     "inward <= -tolerance * length * float(np.linalg.norm(q - p))": (
         "at the bound of rounding; triangles of no area come to no crossing"
-    ),
-    "borecheck/plans/plan_motion.py _Solver.__init__: "
-    "description.inverse or '' -> description.inverse": (
-        "for the types: plans are refused before where there is none"
     ),
     "borecheck/plans/plan_file.py _json_plan: "
     "len(set(bare.values())) < len(bare) -> len(set(bare.values())) > len(bare)": (

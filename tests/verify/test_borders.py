@@ -10,7 +10,13 @@ from borecheck.core.se3 import transform
 from borecheck.geometry.mesh.primitives import box
 from borecheck.verify import solid
 from borecheck.verify.chain import WORLD, Chain, Joint, skewness
-from borecheck.verify.distance import GroupedMesh, _along_a_curve, _gap_of_segments
+from borecheck.verify.distance import (
+    GroupedMesh,
+    _along_a_curve,
+    _gap_of_segments,
+    _near_boxes,
+    near_triangles,
+)
 from borecheck.verify.fields import Rejected
 from borecheck.verify.passage import StatedCorridor
 from borecheck.verify.solid import Side, is_embedded, leads_away, side_of
@@ -245,3 +251,24 @@ def test_the_width_is_that_of_the_farthest_corner() -> None:
     depth, width = _corridor().depth_and_width(needle, 0.0)
     assert depth == pytest.approx(0.03)
     assert width == pytest.approx(np.hypot(2.0, 3.0))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("order", [1, -1])
+def test_what_rounding_leaves_open_is_near(side: float, order: int) -> None:
+    """98 apart, 100 from the origin: 16 half units in the last place of 198."""
+    flat = np.array([[0.0, 0, 0], [1.0, 0, 0], [0.0, 1.0, 0]])
+    near, far = (side * (flat + [x, 0.0, 0.0]) for x in (0.0, 99.0))
+    one, other = (
+        GroupedMesh(corners, np.array([[0, 1, 2]])) for corners in (near, far)[::order]
+    )
+    for lacking, found in ((2.6e-13, True), (5e-13, False)):
+        pairs = list(near_triangles(one, one.sorted, other, 98.0 - lacking))
+        assert (pairs != []) == found
+
+
+def test_boxes_as_far_apart_as_asked_are_near() -> None:
+    boxes = np.array([[[0.0, 0, 0], [1, 1, 1]], [[3, 0, 0], [4, 1, 1]]])
+    for reach, count in ((2.0, 1), (np.nextafter(2.0, 0.0), 0)):
+        found = [len(i) for i, _ in _near_boxes(boxes[:1], boxes[1:], reach)]
+        assert sum(found) == count

@@ -63,7 +63,7 @@ DOCUMENT: Document = {
     "format": "borecheck path certificate",
     "format_version": 2,
     "versions": {"borecheck": "1"},
-    "waypoints": [[0.0, 0.1], [0.5, 0.2]],
+    "waypoints": [[0.0, 0.1], [0.5, 0.2], [0.7, 0.1]],
     "margin_m": 0.01,
     "chain": [_joint("turns", -1, 0), _joint("slides", 0, 1), _joint("fixed", 1, -1)],
     "bodies": [
@@ -106,8 +106,8 @@ def hashed(document: Document) -> Document:
 def test_it_is_read_as_it_stands() -> None:
     check_frame(hashed(DOCUMENT))
     found = read(DOCUMENT)
-    assert found.waypoints.tolist() == [[0.0, 0.1], [0.5, 0.2]]
-    assert (found.end, found.margin, found.parts) == (1.0, 0.01, 2)
+    assert found.waypoints.tolist() == DOCUMENT["waypoints"]
+    assert (found.end, found.margin, found.parts) == (2.0, 0.01, 2)
     names = [(b.name, b.role, b.frame) for b in found.bodies]
     assert names == [
         *(("arm", "robot", 0), ("hand", "robot", 2)),
