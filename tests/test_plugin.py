@@ -5,9 +5,11 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import fields, is_dataclass
 
 import pytest
 
+from borecheck import plugin
 from borecheck.cli import main
 from tests.places import PROJECT
 
@@ -142,3 +144,28 @@ def test_a_name_that_two_packages_bring_is_nobodys(broken, tmp_path, capsys):
     assert main(["check", "zerobot", "ct_gantry", "--q", "home"]) == 2
     told = capsys.readouterr().err
     assert "the name is taken twice, by broken_kind:ROBOT and zerobot" in told
+
+
+PAGE = (PROJECT / "docs" / "adding_a_robot.md").read_text()
+
+
+def test_what_the_page_shows_of_the_example_is_its_text():
+    blocks = re.findall(r"^```(?:python|toml)\n(.*?)^```$", PAGE, re.M | re.S)
+    files = [*EXAMPLE.glob("*.toml"), *(EXAMPLE / "tilt_arm").glob("*.py")]
+    texts = {file.name: file.read_text() for file in files}
+    assert len(blocks) == 4
+    for block in blocks:
+        assert any(block in text for text in texts.values()), block
+    for whole in ("pyproject.toml", "description.py"):
+        assert texts[whole] in blocks
+
+
+def test_the_page_names_all_that_the_door_gives():
+    for name in plugin.__all__:
+        assert re.search(rf"`{name}\b", PAGE), name
+        if is_dataclass(getattr(plugin, name)):
+            for field in fields(getattr(plugin, name)):
+                hidden = (name, field.name) == ("TriangleMesh", "inner_vertices")
+                assert hidden or re.search(
+                    rf"`{field.name}\b|\b{field.name}[,=)]", PAGE
+                )
