@@ -155,6 +155,10 @@ EQUIVALENT = {
     "borecheck/verify/passage.py StatedCorridor._aside_of: 0.0 -> 1.0": (
         "a place along a side of no length: any is the same point"
     ),
+    "borecheck/verify/passage.py StatedCorridor._aside_of: "
+    "min(turns) >= 0.0 -> min(turns) > 0.0": (
+        "through a side or a corner the line is at distance 0 from it anyway"
+    ),
     "borecheck/verify/solid.py _is_free: point <= high -> point < high": (
         "from beside a part a line leads away, whether its box is touched or not"
     ),

@@ -18,7 +18,7 @@ from borecheck.verify.distance import (
     near_triangles,
 )
 from borecheck.verify.fields import Rejected
-from borecheck.verify.passage import StatedCorridor
+from borecheck.verify.passage import MOST_SLACK, WIDEST_NEEDLE, StatedCorridor
 from borecheck.verify.solid import Side, is_embedded, leads_away, side_of
 from borecheck.verify.statement import Passage
 
@@ -117,6 +117,15 @@ def test_every_part_has_its_own_box() -> None:
     highest = np.array([[1.0, 2, 3], [9.5, 8.5, -6.5]])
     np.testing.assert_allclose(low[order], lowest)
     np.testing.assert_allclose(high[order], highest)
+
+
+def test_boxes_of_parts_hold_all_of_their_triangles() -> None:
+    corners = np.array([[0.0, 1, 2], [3, -4, 5], [6, 7, -8]])
+    mesh = GroupedMesh(np.vstack([corners, corners + 20.0]), np.arange(6).reshape(2, 3))
+    low, high = solid._boxes_of_parts(mesh)
+    np.testing.assert_array_equal(np.sort(low, axis=0)[0], [0.0, -4.0, -8.0])
+    np.testing.assert_array_equal(np.sort(high, axis=0)[0], [6.0, 7.0, 5.0])
+    np.testing.assert_array_equal(np.sort(high, axis=0)[1], [26.0, 27.0, 25.0])
 
 
 def _room() -> list[Block]:
@@ -230,6 +239,11 @@ def test_what_is_too_short_is_as_skew_as_what_is_too_long() -> None:
     for off in (1e-6, -1e-6):
         T = np.diag([1.0, 1.0 + off, 1.0, 1.0])
         assert skewness(T) == pytest.approx(2e-6, rel=1e-3)
+
+
+def test_a_corridor_is_for_needles_and_their_holes() -> None:
+    """1 cm across, and 2 mm beside it."""
+    assert (WIDEST_NEEDLE, MOST_SLACK) == (5e-3, 2e-3)
 
 
 def test_a_corridor_has_a_length() -> None:

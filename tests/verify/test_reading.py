@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from borecheck.verify import reading
 from borecheck.verify.fields import Rejected
 from borecheck.verify.reading import (
+    Missing,
     _of_archive,
     mesh_hash,
     read_document,
@@ -242,6 +243,16 @@ def test_what_is_no_text_or_no_file_is_refused(tmp_path: Path) -> None:
     for missing in (tmp_path, tmp_path / "none.json", Path("a\0b")):
         with pytest.raises(Rejected):
             read_document(missing)
+
+
+def test_a_folder_is_no_ordinary_file(tmp_path: Path) -> None:
+    with pytest.raises(Missing, match="is no ordinary file"):
+        read_document(tmp_path)
+
+
+def test_rows_of_two_numbers_are_no_points_though_there_are_none() -> None:
+    with pytest.raises(Rejected, match="another type or shape"):
+        unpacked(packed(**good(**{"a.vertices": np.zeros((0, 2))})))
 
 
 def test_content_is_copied() -> None:
