@@ -191,6 +191,9 @@ EQUIVALENT = {
     "inward <= -tolerance * length * float(np.linalg.norm(q - p))": (
         "at the bound of rounding; triangles of no area come to no crossing"
     ),
+    "borecheck/plans/plan_file.py plans_csv: plan.mount or '' -> plan.mount": (
+        "the writer of CSV writes None as nothing"
+    ),
     "borecheck/plans/plan_file.py _json_plan: "
     "len(set(bare.values())) < len(bare) -> len(set(bare.values())) > len(bare)": (
         "one coordinate under two names has two units, which is refused before"

@@ -118,3 +118,9 @@ def test_arrays(value: Any, good: bool) -> None:
     assert accepted(array, value, "it", (None, 2), 5.0) == good
     if good:
         assert np.array_equal(array(value, "it", (None, 2), 5.0), value)
+
+
+def test_rows_of_nothing_are_rows_and_no_rows_are_none() -> None:
+    assert array([[], []], "it", (2, 0), 5.0).shape == (2, 0)
+    with pytest.raises(Rejected, match="it: empty"):
+        array([], "it", (None, 2), 5.0)
