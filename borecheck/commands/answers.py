@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from borecheck.commands import common
 from borecheck.commands.certificate_files import PATH
 from borecheck.core.units import parse_length, parse_share
-from borecheck.errors import PlanError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -37,6 +36,8 @@ class Asked:
         scene: What stands around it.
         chosen: Checker, pruning, margin.
         plans: Needle plans; none for a pose or a path.
+        waypoints: Of a path, (k, n).
+        corridor: Where a path may bring the needle into the patient.
         proofs: The searches of motions, added by the name of what they are of.
     """
 
@@ -45,14 +46,16 @@ class Asked:
     scene: "Scene"
     chosen: "Settings"
     plans: Sequence["NeedlePlan"] = ()
+    waypoints: "NDArray[np.float64] | None" = None
+    corridor: "Corridor | None" = None
     proofs: dict[str, "Proof"] = field(default_factory=dict)
 
     def answer(self) -> dict[str, Any]:
         """The answer's part of the result."""
         if self.args.q is not None:
             return _pose(self)
-        if self.args.path is not None:
-            return _path(self)
+        if self.waypoints is not None:
+            return _path(self, self.waypoints)
         return _plans(self)
 
 
@@ -66,12 +69,27 @@ def _pose(asked: Asked) -> dict[str, Any]:
     return verdict_block(verdict, robot.model.joint_names)
 
 
-def _path(asked: Asked) -> dict[str, Any]:
-    path = asked.args.path
-    waypoints = common.waypoints(asked.robot, path)
-    if len(waypoints) == 1:
-        raise PlanError(path, "has one waypoint; a path needs two (a pose: --q)")
-    return _motion(asked, waypoints)
+def _path(asked: Asked, waypoints: "NDArray[np.float64]") -> dict[str, Any]:
+    from borecheck.plans.needle_corridor import LAST_LEG
+
+    corridor = asked.corridor
+    if corridor is None:
+        return _motion(asked, waypoints)
+    begins = asked.args.corridor != LAST_LEG
+    notes = _corridor_notes(corridor, asked.scene, begins)
+    return {**_motion(asked, waypoints, None, corridor), "notes": notes}
+
+
+def _corridor_notes(corridor: "Corridor", scene: "Scene", begins: bool) -> list[str]:
+    """Whether a path's corridor begins at the patient's skin and ends inside."""
+    from borecheck.commands.progress import say
+    from borecheck.plans.needle_plan import NeedlePlan
+
+    plan = NeedlePlan("corridor", corridor.entry, corridor.target)
+    notes = _notes(plan, scene, begins)
+    for note in notes:
+        say(f"borecheck: the corridor: {note}")
+    return notes
 
 
 def _motion(
@@ -82,6 +100,7 @@ def _motion(
 ) -> dict[str, Any]:
     """A path's or a plan's motion, sampled and searched."""
     from borecheck.commands.progress import Progress
+    from borecheck.motion.certificate import corridor_record
     from borecheck.motion.check import check_motion
     from borecheck.report.document import motion_block
 
@@ -101,6 +120,8 @@ def _motion(
     if answer.proof is not None:
         asked.proofs[PATH if plan is None else plan.name] = answer.proof
     block = motion_block(answer, asked.robot.model.joint_names)
+    if corridor is not None:
+        block["corridor"] = corridor_record(corridor)
     return {"not_covered": list(answer.not_covered), **block}
 
 
@@ -187,7 +208,8 @@ def counted(verdicts: Sequence[str], total: int) -> str:
 
 def _one_plan(asked: Asked, plan: "NeedlePlan") -> dict[str, Any]:
     from borecheck.commands.progress import say
-    from borecheck.plans.plan_motion import UnreachableError, plan_motion
+    from borecheck.motion.needle_motion import needle_motion
+    from borecheck.plans.plan_motion import UnreachableError
 
     named: dict[str, Any] = {
         "name": plan.name,
@@ -198,7 +220,7 @@ def _one_plan(asked: Asked, plan: "NeedlePlan") -> dict[str, Any]:
     for note in named["notes"]:
         say(f"borecheck: plan {plan.name}: {note}")
     try:
-        motion = plan_motion(asked.robot, plan)
+        motion = needle_motion(asked.robot, asked.scene, plan)
     except UnreachableError as error:
         reason = f"{error}{_swapped(asked.robot, plan)}"
         return {**named, "verdict": "unknown", "reason": reason, "reachable": False}
@@ -217,12 +239,12 @@ def _swapped(robot: "Robot", plan: "NeedlePlan") -> str:
     return "; entry and target look swapped: the other way round the plan is reachable"
 
 
-def _notes(plan: "NeedlePlan", scene: "Scene") -> list[str]:
+def _notes(plan: "NeedlePlan", scene: "Scene", begins: bool = True) -> list[str]:
     """How the plan was read, whether it meets the patient, and what joints decide."""
     from borecheck.plans.skin import skin_notes
 
     patients = (o.mesh for o in scene.obstacles if o.role == "patient")
-    notes = [*plan.notes, *skin_notes(plan, patients)]
+    notes = [*plan.notes, *skin_notes(plan, patients, begins=begins)]
     if plan.roll is not None:
         notes.append("its roll is not followed: the joints decide it")
     return notes

@@ -9,6 +9,11 @@ from typing import TYPE_CHECKING, Any
 from borecheck.commands import common
 from borecheck.commands.certificate_files import add_certificates, prepared
 from borecheck.commands.options.allowed import add_allowed, add_explain
+from borecheck.commands.options.needle import (
+    add_corridor,
+    corridor_of,
+    refuse_stray_corridor,
+)
 from borecheck.commands.options.uncertainty import (
     add_options as add_uncertainty_options,
 )
@@ -53,6 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--pruning", default="bvh", help="bvh (default), coal or none: same pairs"
     )
     _add_motion(parser)
+    add_corridor(parser)
     add_allowed(parser)
     add_uncertainty_options(parser)
     add_explain(parser)
@@ -93,6 +99,7 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Checks, prints, and returns 0 clear, 1 contact, 2 unknown."""
     check_outputs(args)
+    refuse_stray_corridor(args)
     plans = _plans_asked(args)
     files = prepared(args, plans)
     from borecheck.commands.warm_up import announce_compilation, warm_up
@@ -118,9 +125,13 @@ def run(args: argparse.Namespace) -> int:
         link_clearance=wants_display(args),
     )
     robot, scene = common.load(args), common.load_surroundings(args)
+    waypoints = None if args.path is None else common.path_waypoints(robot, args.path)
+    corridor = None if waypoints is None else corridor_of(args, robot, waypoints)
     warm_up(chosen)
     weighed = _weigher(args, robot, scene)
-    about = checked(robot, scene, chosen.margin, with_plan=bool(plans))
+    about = checked(
+        robot, scene, chosen.margin, with_plan=bool(plans), corridor=corridor
+    )
     document: dict[str, Any] = {
         **header("check", args.argv, args.date),
         "robot": robot_block(robot),
@@ -128,7 +139,7 @@ def run(args: argparse.Namespace) -> int:
         "checked": about.to_json(),
         "warnings": [*robot.warnings, *scene.warnings, *about.warnings],
     }
-    asked = Asked(args, robot, scene, chosen, plans)
+    asked = Asked(args, robot, scene, chosen, plans, waypoints, corridor)
     document |= asked.answer()
     weighed(document)
     document |= allowed_block(robot, document["itself"])

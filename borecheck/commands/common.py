@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from borecheck.commands.options.allowed import allowances
+from borecheck.commands.options.needle import with_needle
 from borecheck.commands.options.outside import add_allow_outside
 from borecheck.core.units import parse_joint_value, parse_pair, parse_pose
-from borecheck.errors import UnknownNameError, UsageError
+from borecheck.errors import PlanError, UnknownNameError, UsageError
 from borecheck.robots.description import LEVELS
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ def load(args: argparse.Namespace) -> "Robot":
         arguments["mount"] = args.mount
     base = parse_pose(args.base) if args.base is not None else None
     robot = robot_with(args.robot, arguments, args.level, base, roots_of(args))
-    return robot.allowing(allowances(args))
+    return with_needle(args, robot.allowing(allowances(args)))
 
 
 def load_surroundings(args: argparse.Namespace) -> "Scene":
@@ -216,6 +217,18 @@ def waypoints(robot: "Robot", path: Path) -> "NDArray[np.float64]":
     joints = robot.model.free_joints
     sliding = [joint.name for joint in joints if not joint.is_angle]
     return read_path(path, robot.model.joint_names, sliding)
+
+
+def path_waypoints(robot: "Robot", path: Path) -> "NDArray[np.float64]":
+    """The waypoints of a path that goes somewhere.
+
+    Raises:
+        PlanError: The file cannot be used, or has one waypoint.
+    """
+    found = waypoints(robot, path)
+    if len(found) == 1:
+        raise PlanError(path, "has one waypoint; a path needs two (a pose: --q)")
+    return found
 
 
 def _by_name(model: "RobotModel", parts: Sequence[str]) -> list[float]:

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from borecheck.commands import common
 from borecheck.commands.options.allowed import add_allowed, add_explain
+from borecheck.commands.options.needle import add_needle
 from borecheck.commands.output import check_outputs, emit, wants_display
 
 if TYPE_CHECKING:
     from borecheck.robots.robot import Robot
+    from borecheck.robots.scene import Scene
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--samples", type=int, default=11, help="poses on a path or plan"
     )
+    add_needle(parser)
     add_allowed(parser)
     add_explain(parser)
     common.add_output(parser)
@@ -81,7 +84,7 @@ def _compared(args: argparse.Namespace) -> dict[str, Any]:
     result = compare(
         robot,
         scene,
-        _configurations(args, robot),
+        _configurations(args, robot, scene),
         checkers=checkers,
         pruning=args.pruning,
         progress=Progress("poses"),
@@ -102,7 +105,9 @@ def _compared(args: argparse.Namespace) -> dict[str, Any]:
     return document
 
 
-def _configurations(args: argparse.Namespace, robot: "Robot") -> NDArray[np.float64]:
+def _configurations(
+    args: argparse.Namespace, robot: "Robot", scene: "Scene"
+) -> NDArray[np.float64]:
     from borecheck.motion.samples import configurations_at, sample_fractions
 
     if args.q is not None:
@@ -114,10 +119,11 @@ def _configurations(args: argparse.Namespace, robot: "Robot") -> NDArray[np.floa
     if args.path is not None:
         motions = [common.waypoints(robot, args.path)]
     else:
+        from borecheck.motion.needle_motion import needle_motion
         from borecheck.plans.plan_file import read_plans
-        from borecheck.plans.plan_motion import plan_motion
 
-        motions = [plan_motion(robot, p).waypoints for p in read_plans(args.plan)]
+        plans = read_plans(args.plan)
+        motions = [needle_motion(robot, scene, plan).waypoints for plan in plans]
     sampled = [
         configurations_at(points, sample_fractions(points, args.samples))
         for points in motions

@@ -107,7 +107,7 @@ def _add(
     uncertainty: Uncertainty,
     args: argparse.Namespace,
 ) -> None:
-    margin, corridor = block.get("margin_m", 0.0), _corridor(block, robot)
+    margin, corridor = block.get("margin_m", 0.0), _corridor(block)
     name = f" of plan {block['name']}" if "name" in block else ""
     found = contact_probability(
         robot,
@@ -141,12 +141,12 @@ def _motion(block: dict[str, Any], robot: Robot) -> list[Any]:
     return [robot.model.configuration(q) for q in points]
 
 
-def _corridor(block: dict[str, Any], robot: Robot) -> Corridor | None:
-    if "entry" not in block:
+def _corridor(block: dict[str, Any]) -> Corridor | None:
+    stated = block.get("corridor")
+    if stated is None:
         return None
-    entry, target = np.array(block["entry"]), np.array(block["target"])
-    radius = robot.description.needle_radius if robot.description else 0.0
-    return Corridor(entry, target, radius)
+    entry, target = np.array(stated["entry"]), np.array(stated["target"])
+    return Corridor(entry, target, stated["radius_m"], stated["slack_m"])
 
 
 def _judge(block: dict[str, Any], found: ContactProbability) -> None:

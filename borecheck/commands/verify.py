@@ -8,6 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from borecheck.commands import common
 from borecheck.commands.options.allowed import add_allowed
+from borecheck.commands.options.needle import (
+    add_corridor,
+    corridor_of,
+    refuse_stray_corridor,
+)
 from borecheck.commands.output import check_outputs, emit
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
@@ -52,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     bound.add_argument("--margin", default=None, help="the clearance it shows (0)")
     common.add_robot_options(parser)
     common.add_scene_options(parser)
+    add_corridor(parser)
     add_allowed(parser)
     common.add_output(parser)
 
@@ -93,6 +99,7 @@ def _asks_binding(args: argparse.Namespace) -> bool:
     if all(given):
         return True
     shaped = [args.margin, args.mount, args.base, args.arg, args.scene_arg]
+    shaped += [args.needle, args.tip, args.insertion, args.corridor]
     more = [args.obstacle, args.patient, args.package_path, args.srdf, args.allow]
     if any(given) or any([*shaped, *more, args.trust_never]):
         raise UsageError(
@@ -112,6 +119,7 @@ def _bound(args: argparse.Namespace) -> tuple[Verify, Sequence["NeedlePlan"]]:
     from borecheck.motion.binding import verify
     from borecheck.plans.plan_file import read_plans
 
+    refuse_stray_corridor(args)
     margin = parse_length(args.margin) if args.margin is not None else 0.0
     robot, scene = common.load(args), common.load_surroundings(args)
     verify_one = partial(
@@ -120,7 +128,9 @@ def _bound(args: argparse.Namespace) -> tuple[Verify, Sequence["NeedlePlan"]]:
     if args.plan is not None:
         plans = read_plans(args.plan)
         return partial(verify_one, plans=plans), plans
-    return partial(verify_one, waypoints=common.waypoints(robot, args.path)), ()
+    points = common.waypoints(robot, args.path)
+    corridor = corridor_of(args, robot, points)
+    return partial(verify_one, waypoints=points, corridor=corridor), ()
 
 
 def _without(

@@ -4,6 +4,7 @@ import argparse
 
 from borecheck.commands import common
 from borecheck.commands.options.allowed import add_allowed
+from borecheck.commands.options.needle import add_needle
 from borecheck.core.units import parse_length
 
 DEFAULT_PORT = 8123
@@ -19,6 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--margin", default="0", help="required clearance to begin with, e.g. 20mm"
     )
+    add_needle(parser)
     add_allowed(parser)
     parser.add_argument(
         "--port",

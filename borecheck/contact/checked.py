@@ -11,7 +11,8 @@ from typing import Any
 
 from borecheck.contact.margin import Margin
 from borecheck.core.se3 import matrix_rpy
-from borecheck.plans.corridor import SLACK
+from borecheck.plans.corridor import SLACK, Corridor
+from borecheck.plans.needle_corridor import needle_radius
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Obstacle, Scene
 from borecheck.robots.workspace import workspace
@@ -47,8 +48,8 @@ class Checked:
         bodies: What stands around it.
         margin_m: Required clearance, [m].
         margin_kind: How it is taken.
-        corridor_m: How far from its plan's line the needle may be in the patient, [m];
-            None without plans.
+        corridor_m: How far from its line the needle may be in the patient, [m]; None
+            without plan or corridor.
         warnings: What is odd about it.
     """
 
@@ -68,7 +69,12 @@ class Checked:
 
 
 def checked(
-    robot: Robot, scene: Scene, margin: Margin, *, with_plan: bool = False
+    robot: Robot,
+    scene: Scene,
+    margin: Margin,
+    *,
+    with_plan: bool = False,
+    corridor: Corridor | None = None,
 ) -> Checked:
     """What a verdict about robot and scene is about.
 
@@ -77,10 +83,12 @@ def checked(
         scene: What stands around it.
         margin: What was asked for.
         with_plan: Whether the needle follows plans, with a corridor in the patient.
+        corridor: Where a path may bring the needle into the patient.
     """
     T = robot.T_scene_base
-    needle = robot.description.needle_radius if robot.description else 0.0
-    corridor = needle + SLACK if with_plan else None
+    wide = needle_radius(robot) + SLACK if with_plan else None
+    if corridor is not None:
+        wide = corridor.radius + corridor.slack
     return Checked(
         robot=robot.name,
         arguments=_telling_arguments(robot),
@@ -89,7 +97,7 @@ def checked(
         bodies=tuple(_body(obstacle) for obstacle in scene.obstacles),
         margin_m=margin.size,
         margin_kind=margin.kind,
-        corridor_m=corridor,
+        corridor_m=wide,
         warnings=_out_of_reach(robot, scene),
     )
 

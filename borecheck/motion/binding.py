@@ -16,13 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 from borecheck.errors import BorecheckError, UsageError
 from borecheck.motion.certificate import bodies_of, statement
 from borecheck.motion.certify import about_what
+from borecheck.motion.needle_motion import needle_motion
 from borecheck.motion.problem import PathProblem, path_motion
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.samples import checked_waypoints
 from borecheck.motion.turns import open_turns
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.plans.plan_motion import plan_motion
+from borecheck.plans.plan_motion import PlanMotion, has_closed_form, motion_of_plan
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 from borecheck.verify.binding import Expected
@@ -51,6 +52,7 @@ def verify(
     *,
     waypoints: ArrayLike | None = None,
     plans: NeedlePlan | Sequence[NeedlePlan] | None = None,
+    corridor: Corridor | None = None,
     margin: float = 0.0,
     meshes: Meshes | None = None,
 ) -> Verification:
@@ -66,6 +68,7 @@ def verify(
         scene: From `load_scene`.
         waypoints: The path it should be of, (k, n), [m] and [rad].
         plans: The needle plans of which it should be one; it is told by its name.
+        corridor: Of a path: where its needle may be in the patient.
         margin: The clearance it should show, [m]. Asked for only when bound.
         meshes: The `.npz` file with its meshes, or arrays (vertices, triangles); by
             default the file beside the certificate.
@@ -88,7 +91,7 @@ def verify(
         if plans is not None:
             raise UsageError("a certificate is of a path or of a plan: give one")
         points = checked_waypoints(robot, waypoints)
-        expect = partial(_of_path, robot, scene, points, margin)
+        expect = partial(_of_path, robot, scene, points, margin, corridor)
     else:
         raise UsageError(
             "to bind a certificate give robot, scene, and either waypoints or plans"
@@ -97,11 +100,19 @@ def verify(
 
 
 def _of_path(
-    robot: Robot, scene: Scene, points: Array, margin: float, stated: Mapping[str, Any]
+    robot: Robot,
+    scene: Scene,
+    points: Array,
+    margin: float,
+    corridor: Corridor | None,
+    stated: Mapping[str, Any],
 ) -> Expected:
-    if "plan" in stated.get("about", {}):
+    about = stated.get("about", {})
+    if "plan" in about:
         raise Rejected("is of a needle plan, not of a path: give --plan")
-    return expected(robot, scene, points, margin)
+    if "corridor" in about and corridor is None:
+        raise Rejected("lets a needle enter a patient: give --needle and --corridor")
+    return expected(robot, scene, points, margin, corridor)
 
 
 def _of_plan(
@@ -119,11 +130,29 @@ def _of_plan(
     if len(chosen) != 1:
         raise Rejected(f"its plan {named['name']} is not one of those given")
     try:
-        motion = plan_motion(robot, chosen[0])
+        motion = _motion_of(robot, scene, chosen[0], stated)
     except BorecheckError as error:
         raise Rejected(f"its plan cannot be driven: {error}") from error
     points, corridor = motion.waypoints, motion.corridor
     return expected(robot, scene, points, margin, corridor, chosen[0].name)
+
+
+def _motion_of(
+    robot: Robot, scene: Scene, plan: NeedlePlan, stated: Mapping[str, Any]
+) -> PlanMotion:
+    """The plan's motion: rebuilt by a closed form, else the stated one, held to it.
+
+    What a search finds differs by the last digits from machine to machine, and of many
+    ways along the line any is the plan's. So the stated waypoints are asked themselves:
+    by the URDF the needle must follow the plan's line at every instant, within limits.
+    """
+    if has_closed_form(robot):
+        return needle_motion(robot, scene, plan)
+    points = checked_waypoints(robot, stated["waypoints"])
+    try:
+        return motion_of_plan(robot, plan, points)
+    except UsageError as error:
+        raise Rejected(f"its motion is not that of plan {plan.name}: {error}") from None
 
 
 def expected(
@@ -141,12 +170,13 @@ def expected(
         scene: What stands around it.
         points: Waypoints, checked, (k, n).
         margin: Required clearance to obstacles, [m].
-        corridor: Of a needle plan: where the needle may be in the patient.
-        plan: What that plan is called.
+        corridor: Where the needle may be in the patient, by a plan or for a path.
+        plan: What the plan is called; empty for a path.
     """
     problem = path_problem(robot, scene, margin, corridor)
     about = about_what(robot, scene, corridor, plan)
-    motion = f"plan {plan}" if corridor is not None else f"path of {len(points)}"
+    motion = f"plan {plan}" if plan else f"path of {len(points)}"
+    motion += " with a corridor" if corridor is not None and not plan else ""
     meshes = {
         body.mesh.sha256: (body.mesh.vertices, body.mesh.triangles)
         for body in bodies_of(problem)

@@ -44,8 +44,8 @@ def write_path_certificate(
         waypoints: Configurations, (k, n), [m] and [rad]; straight in each joint.
         margin: Required clearance to obstacles, [m].
         file: Where to write it.
-        corridor: Of a needle plan: where the needle may be in the patient.
-        plan: What that plan is called.
+        corridor: Where the needle may be in the patient, by a plan or for a path.
+        plan: What the plan is called; empty for a path.
         long_way: See `check_path`.
 
     Raises:
@@ -92,7 +92,10 @@ def write_certificate_of(
 def about_what(
     robot: Robot, scene: Scene, corridor: Corridor | None, plan: str
 ) -> dict[str, Any]:
-    """What a certificate is called: names of robot, scene and plan."""
+    """What a certificate is called: names of robot, scene and plan.
+
+    A corridor without a plan's name is a path's.
+    """
     about: dict[str, Any] = {
         "robot": {
             "name": robot.name,
@@ -101,6 +104,8 @@ def about_what(
         },
         "scene": {"name": scene.name, "arguments": dict(scene.arguments)},
     }
-    if corridor is not None:
+    if corridor is not None and plan:
         about["plan"] = {"name": plan, **corridor_record(corridor)}
+    elif corridor is not None:
+        about["corridor"] = corridor_record(corridor)
     return about

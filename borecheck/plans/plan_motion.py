@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.core.se3 import inverse
-from borecheck.errors import BorecheckError, UnknownNameError, UsageError
+from borecheck.errors import UnknownNameError, UsageError
 from borecheck.plans.corridor import Corridor
+from borecheck.plans.needle_corridor import corridor_along
 from borecheck.plans.needle_line import NeedleLine
 from borecheck.plans.needle_plan import NeedlePlan
+from borecheck.plans.whole_arm import Room, hold_motion, whole_arm_motion
+from borecheck.plans.whole_arm import UnreachableError as UnreachableError
 from borecheck.robots.description import RobotDescription, hook, plugin_hook
 from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot
@@ -26,10 +29,6 @@ STANDOFF = 0.05
 # Without an insertion joint the arm itself drives the needle: one configuration for
 # every so many metres, so that the tip stays within micrometres of the line.
 STEP = 0.002
-
-
-class UnreachableError(BorecheckError):
-    """No configuration within the limits reaches the plan; names the broken limit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,44 +47,76 @@ class PlanMotion:
 
 
 def plan_motion(
-    robot: Robot, plan: NeedlePlan, standoff: float = STANDOFF
+    robot: Robot,
+    plan: NeedlePlan,
+    standoff: float = STANDOFF,
+    room: Room | None = None,
 ) -> PlanMotion:
     """The motion that carries out a plan: approach along its line, then insertion.
 
     With an insertion joint the stages carry the needle to the entry point and stand
-    still while it is driven; otherwise the whole arm follows the line.
+    still while it is driven; otherwise the whole arm follows the line. A description's
+    closed form is used where it is of the needle asked for; else configurations are
+    searched (`whole_arm`).
 
     Args:
-        robot: An installed robot with inverse kinematics.
+        robot: A robot with a needle and a frame at its tip.
         plan: Entry and target in the scanner's frame, [m].
         standoff: Length of the approach, [m].
+        room: Of configurations (k, n) how much room there is: of several motions the
+            one with most is taken, else the one nearest to home.
 
     Raises:
-        UsageError: The robot has no inverse kinematics, or one that brings the needle
-            elsewhere than the URDF says; or the plan has another mount.
+        UsageError: The robot has no needle, or inverse kinematics that brings the
+            needle elsewhere than the URDF says; or the plan has another mount.
         UnreachableError: The plan is out of reach.
     """
-    description = robot.description
-    if description is None or description.inverse is None:
-        raise UsageError(f"{robot.name} has no inverse kinematics: give --path instead")
     check_mount(robot, plan)
-    entry, target = np.array(plan.entry), np.array(plan.target)
-    depth = float(np.linalg.norm(target - entry))
-    direction = (target - entry) / depth
+    if has_closed_form(robot):
+        waypoints = _closed_form_motion(robot, plan, standoff)
+    else:
+        waypoints = whole_arm_motion(robot, plan, standoff, room)
+    corridor = corridor_along(robot, waypoints, plan.entry, plan.target)
+    return PlanMotion(plan, waypoints, corridor)
+
+
+def has_closed_form(robot: Robot) -> bool:
+    """Whether a description's inverse kinematics is of the robot's needle."""
+    described = robot.description is not None and robot.description.inverse is not None
+    return described and robot.stated_needle is None
+
+
+def motion_of_plan(
+    robot: Robot, plan: NeedlePlan, waypoints: Array, standoff: float = STANDOFF
+) -> PlanMotion:
+    """A plan with the motion that somebody found for it, if it is one.
+
+    Raises:
+        UsageError: It is none; see `whole_arm.hold_motion`.
+    """
+    check_mount(robot, plan)
+    hold_motion(robot, plan, standoff, waypoints)
+    corridor = corridor_along(robot, waypoints, plan.entry, plan.target)
+    return PlanMotion(plan, waypoints, corridor)
+
+
+def _closed_form_motion(robot: Robot, plan: NeedlePlan, standoff: float) -> Array:
+    description = robot.description
+    assert description is not None  # `has_closed_form`
+    entry, depth, direction = plan.entry, plan.length, plan.direction
     if description.insertion_joint is not None:
         stations = _driven(robot, description, depth, standoff)
     else:
         count = int(np.ceil((standoff + depth) / STEP)) + 1
         stations = [(d, 0.0) for d in np.linspace(-standoff, depth, count)]
     solver = _Solver(robot, description, plan, direction)
-    line = NeedleLine(robot, description, plan.name, entry, direction)
+    line = NeedleLine(robot, robot.needle, plan.name, entry, direction)
     for distance, insertion in stations:
         solver.add(entry + distance * direction, insertion)
         line.hold(solver.waypoints[-1], distance)
     if description.insertion_joint is not None:
         line.hold(0.5 * (solver.waypoints[-2] + solver.waypoints[-1]), 0.5 * depth)
-    corridor = Corridor(entry, target, description.needle_radius)
-    return PlanMotion(plan, np.array(solver.waypoints), corridor)
+    return np.array(solver.waypoints)
 
 
 def _driven(

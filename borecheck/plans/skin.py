@@ -22,20 +22,23 @@ AT_SKIN = 5e-3
 HINT = "wrong frame, patient position, origin or unit?"
 
 
-def skin_notes(plan: NeedlePlan, patients: Iterable[TriangleMesh]) -> Iterator[str]:
+def skin_notes(
+    plan: NeedlePlan, patients: Iterable[TriangleMesh], *, begins: bool = True
+) -> Iterator[str]:
     """What is odd about where a plan begins and ends, a line each.
 
     Args:
         plan: Entry and target in the scanner's frame, [m].
         patients: Every body of the patient, in the same frame; without any there is
             nothing to say.
+        begins: Whether the entry is meant to be at the skin.
     """
     bodies = list(patients)
     if not bodies:
         return
     gaps = [distance_to(mesh, np.array(plan.entry)) for mesh in bodies]
     nearest = int(np.argmin(gaps))
-    if gaps[nearest] > AT_SKIN:
+    if begins and gaps[nearest] > AT_SKIN:
         yield (
             f"its entry is {1e3 * gaps[nearest]:.1f} mm off the skin of "
             f"{bodies[nearest].name}: {HINT}"

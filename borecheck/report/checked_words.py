@@ -69,7 +69,7 @@ def asked(document: Mapping[str, Any]) -> str:
     if corridor is not None:
         words.append(
             "the needle may be in the patient only within "
-            f"{1e3 * corridor:.3g} mm of its plan's line"
+            f"{1e3 * corridor:.3g} mm of its line"
         )
     return ", ".join(words)
 

@@ -56,7 +56,7 @@ def display_block(
             {"name": o.name, "role": o.role, **packed(o.mesh)} for o in scene.obstacles
         ],
         "frames": frames,
-        "needle": robot.description.needle_link if robot.description else None,
+        "needle": robot.needle.link if robot.needle else None,
         "motions": [
             _motion(robot, scene, frames, name, poses)
             for name, poses in poses_of(document)

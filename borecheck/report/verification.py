@@ -7,6 +7,8 @@ from borecheck.verify.verification import Verification
 
 # Of a hash, enough to tell two robots apart on a line.
 HASH_SHOWN = 12
+# Of a corridor.
+ENDS = ("entry", "target")
 
 
 def verification_block(file: str, answer: Verification) -> dict[str, Any]:
@@ -131,6 +133,9 @@ def _names(about: Mapping[str, Any], enters: bool) -> Iterator[str]:
         ends += f"{_millimetres(plan['target'])} mm"
         more = "" if enters else "; no patient: no contact is allowed anywhere"
         yield f"plan: {plan['name']}, {ends}{more}"
+    if "corridor" in about:
+        entry, target = (_millimetres(about["corridor"][k]) for k in ENDS)
+        yield f"corridor of the path: from {entry} to {target} mm"
 
 
 def _with_arguments(named: Mapping[str, Any]) -> str:

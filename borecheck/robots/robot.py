@@ -1,180 +1,24 @@
-"""A robot ready to be checked: description, model, geometry, and who may touch whom."""
+"""Loads a robot by its installed name, or from a URDF or xacro file."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.core.se3 import check_transform, frozen, inverse
+from borecheck.core.se3 import check_transform, inverse
 from borecheck.core.units import check_near
-from borecheck.robots.allowed import (
-    NONE,
-    Allowances,
-    AllowedPair,
-    Request,
-    allowances_of,
-    unasked,
-)
+from borecheck.robots.allowed import AllowedPair, Request, allowances_of
+from borecheck.robots.checked_robot import NEVER_MODELLED as NEVER_MODELLED
+from borecheck.robots.checked_robot import Robot as Robot
 from borecheck.robots.description import RobotDescription, installed, installed_names
 from borecheck.robots.from_description import build_installed, complete_arguments
 from borecheck.robots.model import RobotModel
-from borecheck.robots.neighbours import Joined
-from borecheck.robots.parts import (
-    AS_DRAWN,
-    Part,
-    collision_parts,
-    links_without_collision,
-    refuse_nothing,
-    without_size,
-)
+from borecheck.robots.parts import collision_parts, refuse_nothing, without_size
 from borecheck.robots.robot_file import read_urdf, robot_path
-from borecheck.robots.unseen import unseen
 from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
 
 Array = NDArray[np.float64]
-
-# Of no robot and in no scene is this looked at, so every verdict says so.
-NEVER_MODELLED = (
-    "what the meshes do not show: cables, drapes, mounts",
-    "bending of arm and needle, sag of the couch, breathing",
-    "how accurately robot, scanner and patient stand as stated",
-)
-
-
-@dataclass(frozen=True, eq=False)
-class Robot:
-    """A robot placed in a scanner's frame.
-
-    Attributes:
-        name: Installed name or file.
-        description: Of an installed robot; None for a stranger's.
-        arguments: The xacro arguments it was built with, complete.
-        level: Level of detail of its meshes.
-        file: The xacro or URDF file.
-        urdf_text: The URDF it was built from.
-        model: Names, limits, placements.
-        parts: Collision geometry, in each link's frame.
-        T_scene_root: Placement of the root link in the scanner's frame.
-        allowed_contacts: Pairs of links that may touch, with reason and source.
-        warnings: What the user should know about how it was read.
-        roots: Where files it names may lie beside its own folder tree.
-        allowances: What the user gave of pairs that may touch.
-        srdf_sha256: Hash of the SRDF among them.
-    """
-
-    name: str
-    description: RobotDescription | None
-    arguments: Mapping[str, str]
-    level: str
-    file: Path
-    urdf_text: str
-    model: RobotModel
-    parts: tuple[Part, ...]
-    T_scene_root: Array
-    allowed_contacts: tuple[AllowedPair, ...]
-    warnings: tuple[str, ...]
-    roots: Roots = NO_ROOTS
-    allowances: Allowances = NONE
-    srdf_sha256: str | None = None
-
-    def __post_init__(self) -> None:
-        """Freezes where it stands: chains and problems are made of it once."""
-        object.__setattr__(self, "T_scene_root", frozen(self.T_scene_root.copy()))
-
-    @cached_property
-    def home(self) -> Array:
-        """Configuration that the description calls home; zero within limits else."""
-        if self.description is not None and self.description.home:
-            known = self.model.joint_names  # others are there under other arguments
-            home = {n: v for n, v in self.description.home.items() if n in known}
-            return self.model.configuration(home)
-        return np.clip(0.0, self.model.lower, self.model.upper)
-
-    @cached_property
-    def not_modelled(self) -> tuple[str, ...]:
-        """What no verdict about this robot covers."""
-        known = self.description.not_modelled if self.description else ()
-        bare = links_without_collision(self.model.tree)
-        named = tuple(f"{link}: {AS_DRAWN}" for link in bare)
-        seen = unseen(self.model.tree, self.parts, self.file, self.roots)
-        return (*known, *named, *seen, *unasked(self.unexamined), *NEVER_MODELLED)
-
-    @cached_property
-    def self_pairs(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of parts that must not touch each other, as indices into `parts`.
-
-        Left out are parts of one rigid body, of neighbours in the chain (no body with
-        geometry between them), and of links listed in `allowed_contacts`.
-        """
-        allowed = {pair.links for pair in self.allowed_contacts}
-        return tuple(
-            (i, j)
-            for i in range(len(self.parts))
-            for j in range(i + 1, len(self.parts))
-            if (pair := frozenset((self.parts[i].link, self.parts[j].link)))
-            not in allowed
-            and not self._joined.holds(pair)
-        )
-
-    @cached_property
-    def unexamined(self) -> tuple[AllowedPair, ...]:
-        """Allowed pairs that would be examined if they were not allowed.
-
-        The others are neighbours, of one rigid body, or have no geometry.
-        """
-        shaped = {part.link for part in self.parts}
-        return tuple(
-            pair
-            for pair in self.allowed_contacts
-            if pair.links <= shaped and not self._joined.holds(pair.links)
-        )
-
-    @cached_property
-    def _joined(self) -> Joined:
-        return Joined(self.model, {part.link for part in self.parts})
-
-    def allowing(self, allowances: Allowances) -> "Robot":
-        """The same robot, in which these pairs may touch as well.
-
-        Raises:
-            UrdfError, UsageError: See `Allowances.of`.
-        """
-        if allowances == NONE:
-            return self
-        found = allowances.of(self.model.link_names, self.roots, self.model.name)
-        own = {pair.links for pair in self.allowed_contacts}
-        more = [pair for pair in found.pairs if pair.links not in own]
-        robot = replace(
-            self,
-            allowed_contacts=(*self.allowed_contacts, *more),
-            allowances=allowances,
-            srdf_sha256=found.srdf_sha256,
-        )
-        odd = tuple(pair.odd for pair in robot.unexamined if pair.says_adjacent)
-        return replace(robot, warnings=(*self.warnings, *found.notes, *odd))
-
-    @cached_property
-    def T_scene_base(self) -> Array:
-        """Placement of the base frame (the root link without one)."""
-        frame = self.description.base_frame if self.description else None
-        if frame is None:
-            return self.T_scene_root
-        zero = np.zeros(len(self.model.free_joints))
-        return frozen(self.T_scene_root @ self.model.placements(zero)[frame])
-
-    def placements(self, q: ArrayLike) -> dict[str, Array]:
-        """T_scene_link (4, 4) of every link."""
-        in_root = self.model.placements(q)
-        in_scene = self.T_scene_root @ np.array(list(in_root.values()))
-        return dict(zip(in_root, in_scene, strict=True))
-
-    def may_enter(self, link: str, role: str) -> bool:
-        """Whether a plan may bring this link into an obstacle of this role."""
-        needle = self.description.needle_link if self.description else None
-        return role == "patient" and link == needle
 
 
 def load_robot(
@@ -187,6 +31,9 @@ def load_robot(
     srdf: str | Path | None = None,
     allow: Sequence[Request] = (),
     trust_never: bool = False,
+    needle: str | None = None,
+    tip: str | None = None,
+    insertion: str | None = None,
     **arguments: str,
 ) -> Robot:
     """A robot by its installed name or from a URDF or xacro file.
@@ -203,6 +50,9 @@ def load_robot(
         allow: Further pairs of links that may: `"finger:palm"`, or two names each.
         trust_never: Whether to take the SRDF's pairs that rest on statistics
             ("Never"), or on no reason that is known.
+        needle: The link that is the needle: it may enter the patient in a corridor.
+        tip: The frame at its tip, and which of its axes points forward: `"tip:z"`.
+        insertion: The sliding joint that drives the needle along itself, if one does.
         **arguments: xacro arguments by name, for example mount="+90".
 
     Raises:
@@ -214,7 +64,8 @@ def load_robot(
     """
     roots = Roots(tuple(map(Path, package_paths)), allow_outside)
     allowances = allowances_of(srdf, allow, trust_never)
-    return robot_with(name, arguments, level, base, roots).allowing(allowances)
+    robot = robot_with(name, arguments, level, base, roots).allowing(allowances)
+    return robot.with_needle(needle, tip, insertion)
 
 
 def robot_with(

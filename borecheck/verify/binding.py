@@ -167,6 +167,11 @@ def _names(found: Mapping[str, Any], expected: Mapping[str, Any]) -> Iterator[st
         if plan["name"] != other["name"]:
             yield f"the plan is called {plan['name']}, not {other['name']}"
         yield from _numbers("corridor of the plan", _corridor(plan), _corridor(other))
+    path, other = found.get("corridor"), expected.get("corridor")
+    if (path is None) != (other is None):
+        yield "it names a corridor" if other is None else "it names no corridor"
+    elif path is not None and other is not None:
+        yield from _numbers("corridor of the path", _corridor(path), _corridor(other))
 
 
 def _without_folders(name: str) -> list[str]:

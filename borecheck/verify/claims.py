@@ -132,15 +132,17 @@ class Claims:
             yield f"{a} and {b}: not examined{reason}"
 
     def _passages_are_the_plans(self) -> Iterator[str]:
-        """Contact is for one needle in a patient, in the named plan's corridor."""
-        plan = self.stated.document.get("about", {}).get("plan")
+        """Contact is for one needle in a patient, in the plan's or path's corridor."""
+        about = self.stated.document.get("about", {})
+        plan = about.get("plan", about.get("corridor"))
         records = self.stated.document["passages"]
         for passage, record in zip(self.stated.passages, records, strict=True):
             both = self._both(passage)
             if plan is None:
-                yield f"{both}: it allows contact, but names no needle plan"
+                yield f"{both}: it allows contact, but names no needle plan or corridor"
             elif any(record[name] != plan[name] for name in CORRIDOR):
-                yield f"the corridor is not that of the plan {plan['name']!r}"
+                whose = f"the plan {plan['name']!r}" if "plan" in about else "the path"
+                yield f"the corridor is not that of {whose}"
             if self.bodies[passage.standing].role != "patient":
                 yield f"{both}: contact may be allowed with a patient alone"
             if passage.slack > MOST_SLACK or passage.radius > WIDEST_NEEDLE:

@@ -243,7 +243,9 @@ def _allowed(value: Any, parts: int) -> dict[tuple[int, int], str]:
 
 def _check_about(value: Any) -> None:
     """Names, as the command prints them."""
-    fields = record(value, "about", (), ("robot", "scene", "plan"))
+    fields = record(value, "about", (), ("robot", "scene", "plan", "corridor"))
+    if "plan" in fields and "corridor" in fields:
+        raise Rejected("about: a plan has its own corridor, and a path has no plan")
     for kind, more in (("robot", ("urdf_sha256",)), ("scene", ())):
         if kind in fields:
             named = record(fields[kind], kind, ("name", "arguments", *more))
@@ -258,6 +260,8 @@ def _check_about(value: Any) -> None:
         plan = record(fields["plan"], "plan", ("name", *CORRIDOR))
         text(plan["name"], "name of the plan")
         _corridor(plan, "plan")
+    if "corridor" in fields:
+        _corridor(record(fields["corridor"], "corridor", CORRIDOR), "corridor")
 
 
 def _check_sizes(statement: Statement) -> None:

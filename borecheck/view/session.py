@@ -16,10 +16,11 @@ from borecheck.contact import clearance
 from borecheck.contact.check import check_with
 from borecheck.contact.settings import Settings, settings
 from borecheck.contact.verdict import CONTACT, Closest, Verdict
+from borecheck.motion.needle_motion import needle_motion
 from borecheck.motion.samples import configurations_at
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.plans.plan_motion import PlanMotion, plan_motion
+from borecheck.plans.plan_motion import PlanMotion
 from borecheck.robots.robot import Robot, load_robot
 from borecheck.robots.scene import Scene, read_obstacle
 
@@ -67,9 +68,9 @@ class Session:
 
     @property
     def follows_plans(self) -> bool:
-        """Whether the robot has inverse kinematics."""
-        description = self.robot.description
-        return description is not None and description.inverse is not None
+        """Whether the robot has a needle that can follow plans."""
+        needle = self.robot.needle
+        return needle is not None and needle.tip is not None
 
     @property
     def chosen(self) -> Settings:
@@ -83,7 +84,7 @@ class Session:
             UnreachableError: It is out of reach.
             UsageError: The robot has no inverse kinematics.
         """
-        return plan_motion(self.robot, self.plan)
+        return needle_motion(self.robot, self.scene, self.plan)
 
     def at(self, motion: PlanMotion, fraction: float) -> Array:
         """The configuration at a fraction of a motion."""
@@ -148,6 +149,7 @@ class Session:
             allow_outside=self.robot.roots.allow_outside,
             **arguments,
         )
+        robot = replace(robot, stated_needle=self.robot.stated_needle)
         return replace(self, robot=robot.allowing(self.robot.allowances))
 
     def with_patient(self, file: str) -> "Session":

@@ -162,8 +162,8 @@ def _near(robot: Robot, q: Array) -> float:
 
 def _colours(session: Session) -> dict[str, tuple[int, int, int]]:
     """The colour of every part and obstacle while it touches nothing."""
-    description = session.robot.description
-    needle = description.needle_link if description else None
+    stated = session.robot.needle
+    needle = stated.link if stated else None
     around = {o.name: COLOURS[o.role] for o in session.scene.obstacles}
     parts = {
         part.mesh.name: COLOURS["needle" if part.link == needle else "robot"]
