@@ -77,10 +77,12 @@ def verify(
         Whether it holds, and if not, why not. Nothing of a certificate is raised.
 
     Raises:
-        UsageError: Some of robot, scene and motion are missing, or path and plans
-            are both given.
+        UsageError: Some of robot, scene and motion are missing, path and plans are
+            both given, or a corridor without a path.
         JointLimitError: A waypoint beyond a joint limit.
     """
+    if corridor is not None and waypoints is None:
+        raise UsageError("a corridor goes with waypoints; a plan has its own")
     if all(one is None for one in (robot, scene, waypoints, plans)):
         return verify_alone(certificate, meshes)
     expect: Expect

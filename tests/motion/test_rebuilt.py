@@ -9,6 +9,7 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion import binding
 from borecheck.motion.binding import expected
+from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.robots.kinematics.chain import JointChain
 from borecheck.robots.kinematics.forward import SLIDES
@@ -94,9 +95,24 @@ def test_it_is_handed_to_the_verifier_with_what_it_must_state(arm, monkeypatch):
     binding.verify("file", arm, scene, waypoints=POINTS, margin=0.25, meshes="meshes")
     certificate, meshes, expect = kept[-1]
     assert meshes == "meshes"
-    name, robot, of, points, margin, stated = expect("stated")
+    name, robot, of, points, margin, corridor, stated = expect("stated")
     assert (name, robot, of, margin, stated) == ("_of_path", arm, scene, 0.25, "stated")
+    assert corridor is None
     np.testing.assert_array_equal(points, POINTS)
+    corridor = Corridor(np.zeros(3), np.ones(3), 0.001)
+    binding.verify("file", arm, scene, waypoints=POINTS, corridor=corridor)
+    assert kept[-1][2]("stated")[-2] is corridor
+
+
+def test_a_corridor_is_of_a_path(arm, monkeypatch):
+    monkeypatch.setattr(binding, "verify_alone", lambda *given: 1 / 0)
+    corridor = Corridor(np.zeros(3), np.ones(3), 0.001)
+    for given in (
+        {},
+        {"robot": arm, "scene": scene_of(5.0), "plans": MOTIONS["plans"]},
+    ):
+        with pytest.raises(UsageError, match="corridor goes with waypoints"):
+            binding.verify({}, corridor=corridor, **given)
 
 
 def test_axes_are_brought_to_length_1():

@@ -116,10 +116,19 @@ def test_mounts_are_compared_as_numbers(asked, stands, fits):
     check_mount(SimpleNamespace(arguments={}), plan(0.05, mount=asked))
 
 
-def test_without_inverse_kinematics_a_path_is_asked_for(zerobot):
+def test_without_a_closed_form_the_same_ends_are_searched(zerobot):
+    """Two roads without common code: a typed formula, and a search along the URDF."""
     robot = replace(zerobot, description=replace(zerobot.description, inverse=None))
-    with pytest.raises(UsageError, match="give --path instead"):
-        plan_motion(robot, plan(0.05))
+    closed = plan_motion(zerobot, plan(0.05)).waypoints
+    searched = plan_motion(robot, plan(0.05)).waypoints
+    assert len(searched) > len(closed)
+    np.testing.assert_allclose(searched[[0, -2, -1]], closed, atol=1e-8)
+
+
+def test_without_needle_and_inverse_a_path_is_asked_for(zerobot):
+    bare = replace(zerobot.description, inverse=None, needle_link=None, tool_frame=None)
+    with pytest.raises(UsageError, match="asked with --path"):
+        plan_motion(replace(zerobot, description=bare), plan(0.05))
 
 
 def test_a_continuous_joint_goes_the_short_way():

@@ -248,7 +248,7 @@ def test_contact_is_allowed_in_the_named_plans_corridor_only(
         assert problems == ("the corridor is not that of the plan 'liver'",)
     nameless = verify(_named(problem, None), meshes)
     assert nameless.problems == (
-        "needle and body: it allows contact, but names no needle plan",
+        "needle and body: it allows contact, but names no needle plan or corridor",
     )
 
 
