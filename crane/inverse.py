@@ -15,14 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck_models import closed_form
 from borecheck_models.closed_form import Solutions, needle_asked_for
+from crane.branches import AT_THE_EDGE, FREE, finished, q4_roots, room
 from crane.dimensions import ANGLES, LIMITS, Dimensions, from_arguments
 
 Array = NDArray[np.float64]
-
-# Below this nothing is left of what q4 must turn into place: every q4 is right.
-FREE = 1e-12
-# What rounding takes from n_x^2 + (sin q6 cos q5)^2 = 1 at the edge of existence.
-AT_THE_EDGE = 4.0 * float(np.finfo(float).eps)
 
 # Values of psi and q7 tried when the caller names none: every 15 degrees.
 ROLLS, TIPS = 24, 13
@@ -54,7 +50,7 @@ def exists(direction: ArrayLike, q5: ArrayLike, q6: ArrayLike) -> NDArray[np.boo
         q6: [rad].
     """
     n = np.asarray(direction, dtype=np.float64)
-    return np.asarray(_room(n, np.asarray(q5), np.asarray(q6)) >= -AT_THE_EDGE)
+    return np.asarray(room(n, np.asarray(q5), np.asarray(q6)) >= -AT_THE_EDGE)
 
 
 def inverse_q5_q6(
@@ -82,22 +78,14 @@ def inverse_q5_q6(
         ValueError: A number is not finite, or the direction has no length.
     """
     d = from_arguments(arguments, perturbed)
-    tip, n = _in_base(d, tip, direction, q8)
-    room = float(_room(n, np.array(q5), np.array(q6)))
-    S5, C5, S6, C6 = math.sin(q5), math.cos(q5), math.sin(q6), math.cos(q6)
-    # The axis of q7 must be square to the needle: A + B cos q4 + D sin q4 = 0.
-    A = -S6 * C5 * n[0]
-    B, D = S6 * S5 * n[2] + C6 * n[1], C6 * n[2] - S6 * S5 * n[1]
-    size = B * B + D * D
-    if size < FREE**2 and abs(A) < FREE:
-        return Branches((_finished(d, tip, n, 0.0, q5, q6, q8),), q4_is_free=True)
-    if room < -AT_THE_EDGE or size == 0.0:
+    p8, n = _in_base(d, tip, direction, q8)
+    angles, none, free = q4_roots(n, np.array(q5), np.array(q6))
+    if none:
         return Branches(())
-    root = math.sqrt(max(room, 0.0))
-    signs = (1.0,) if root == 0.0 else (1.0, -1.0)
-    angles = [math.atan2(-A * D + s * root * B, -A * B - s * root * D) for s in signs]
-    found = (_finished(d, tip, n, q4, q5, q6, q8) for q4 in angles)
-    return Branches(tuple(found))
+    double = free or float(angles[0]) == float(angles[1])
+    at = np.array([angles[0]] if double else angles)
+    found = finished(d, p8, n, at, np.array(q5), np.array(q6), np.array(q8))
+    return Branches(tuple(found), q4_is_free=bool(free))
 
 
 def inverse_roll(
@@ -247,12 +235,6 @@ def _nearest_misses(qs: Array) -> Iterator[str]:
     yield "; ".join(broken_limits(nearest)) + f" (the least of {len(qs)} rolls and q7)"
 
 
-def _room(n: Array, q5: Array, q6: Array) -> Array:
-    """What is left of 1 = n_x^2 + (sin q6 cos q5)^2, without a cancellation."""
-    across = n[..., 1] ** 2 + n[..., 2] ** 2
-    return np.asarray(across - (np.sin(q6) * np.cos(q5)) ** 2)
-
-
 def _in_base(
     d: Dimensions, tip: ArrayLike, direction: ArrayLike, number: float
 ) -> tuple[Array, Array]:
@@ -263,22 +245,6 @@ def _in_base(
     away = tip - np.array([d.base_x, d.base_y, d.base_z]) - d.ahead * n
     n = R_base_I @ n
     return R_base_I @ away, n / math.hypot(*n)
-
-
-def _finished(
-    d: Dimensions, tip: Array, n: Array, q4: float, q5: float, q6: float, q8: float
-) -> Array:
-    """The configuration with the first angles known: q7, then the stages."""
-    S4, C4, S5, C5 = math.sin(q4), math.cos(q4), math.sin(q5), math.cos(q5)
-    S6, C6 = math.sin(q6), math.cos(q6)
-    x4, z5 = np.array([0.0, -S4, C4]), np.array([0.0, C4, S4])
-    x5 = np.array([C5, 0.0, 0.0]) - S5 * x4
-    z6 = C5 * x4 + np.array([S5, 0.0, 0.0])
-    x6, z7 = C6 * x5 + S6 * z5, C6 * z5 - S6 * x5
-    q7 = math.atan2(-n @ z6, n @ x6)
-    x7 = math.sin(q7) * x6 + math.cos(q7) * z6
-    p5 = tip - (d.d8 + q8) * n - d.a8 * x7 - d.d7 * z7 - d.a7 * x6 - d.a6 * x5
-    return np.array([-p5[1], p5[2], p5[0], q4, q5, q6, q7, q8])
 
 
 def _times(by: Array, v: Array) -> Array:

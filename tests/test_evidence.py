@@ -18,7 +18,9 @@ def test_every_claim_is_named_once_and_has_a_command():
 
 def test_studies_and_tests_that_commands_name_exist():
     text = "\n".join(claim["command"] for claim in CLAIMS)
-    modules = set(re.findall(r"python -m ((?:studies|benchmarks)[.\w]*)", text))
+    modules = set(
+        re.findall(r"python -m ((?:crane\.)?(?:studies|benchmarks)[.\w]*)", text)
+    )
     assert len(modules) > 10
     assert all(find_spec(name) for name in modules)
     files = set(re.findall(r"\b((?:tests|scripts)/[\w/.]+)", text))

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from crane.branches import many_q5_q6
 from crane.dimensions import LIMITS
 from crane.inverse import (
     broken_limits,
@@ -189,3 +190,23 @@ def test_what_is_no_needle_is_refused(tip, direction, message):
         inverse(tip, direction, 0.0)
     with pytest.raises(ValueError, match=message):
         inverse_q5_q6(tip, direction, 0.0, 0.0, 0.0)
+
+
+def test_many_needles_at_once_are_the_same():
+    rng = np.random.default_rng(5)
+    q = random_q(50, seed=5)
+    n = rng.normal(size=(50, 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    n[0], q[0, 5] = [1.0, 0.0, 0.0], 0.0  # q4 is free
+    tips = rng.uniform(-0.1, 0.1, (50, 3))
+    place = {"base_yaw": 0.4, "base_x": -0.2}
+    both = many_q5_q6(tips, n, q[:, 4], q[:, 5], q[:, 7], **place)
+    counts = set()
+    for i in range(50):
+        one = inverse_q5_q6(tips[i], n[i], q[i, 4], q[i, 5], q[i, 7], **place)
+        given = both[i][np.isfinite(both[i]).all(axis=1)]
+        assert len(given) == len(one.configurations)
+        counts.add(len(given))
+        for mine, theirs in zip(given, one.configurations, strict=True):
+            np.testing.assert_allclose(mine, theirs, atol=1e-13)
+    assert {0, 2} <= counts
