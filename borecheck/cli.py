@@ -10,11 +10,12 @@ import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
+from borecheck.core.entries import entries
 from borecheck.core.streams import finish, log_in_lines, prepare_streams
 from borecheck.core.text import one_line
 from borecheck.core.version import __version__
@@ -128,7 +129,7 @@ def _all_commands() -> dict[str, tuple[str, str]]:
 
 
 def _plugged_in() -> list[EntryPoint]:
-    return sorted(entry_points(group="borecheck.commands"), key=lambda e: e.name)
+    return entries("borecheck.commands")
 
 
 def _purpose(entry: EntryPoint) -> str:

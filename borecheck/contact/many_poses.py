@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact.pose_batch import prepared
-from borecheck.contact.pose_kernel import FREE
+from borecheck.contact.pose_book import FREE
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene

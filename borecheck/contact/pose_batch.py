@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.contact.containment import holds_or_might
-from borecheck.contact.pose_kernel import (
+from borecheck.contact.pose_book import (
     FREE,
     IN_DOUBT_STILL,
     MIGHT_TOUCH,
@@ -21,7 +21,6 @@ from borecheck.contact.pose_kernel import (
     Pairs,
     PoseBook,
     Solid,
-    ask_poses,
 )
 from borecheck.contact.pose_limits import limits_of
 from borecheck.contact.solid_pairs import SolidPairs, solids_of
@@ -203,6 +202,8 @@ class PoseBatch:
         which: Ids,
     ) -> tuple[int, int]:
         """Fills states and which; how many poses are in doubt and beyond limits."""
+        from borecheck.contact.pose_kernel import ask_poses  # a single pose needs none
+
         while True:
             bad, asks, doubts, beyond = ask_poses(
                 self._entries, qs, code, corners, states, which

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from borecheck.contact.pose_kernel import Limits
+from borecheck.contact.pose_book import Limits
 from borecheck.robots.model import LIMIT_TOLERANCE
 from borecheck.robots.robot import Robot
 

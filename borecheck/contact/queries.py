@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from borecheck.contact.gradient import of_distance
 from borecheck.contact.many_poses import as_configurations
 from borecheck.contact.pose_batch import PoseBatch
-from borecheck.contact.pose_kernel import BEYOND_LIMITS, FREE, MIGHT_TOUCH, TOUCHES
+from borecheck.contact.pose_book import BEYOND_LIMITS, FREE, MIGHT_TOUCH, TOUCHES
 from borecheck.contact.skipped import Names, pairs_without
 from borecheck.core.se3 import check_transform
 from borecheck.errors import UnknownNameError, UsageError

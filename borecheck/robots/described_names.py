@@ -6,13 +6,10 @@ under none of them.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import product
-from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 
-from borecheck.errors import BorecheckError, UsageError
+from borecheck.errors import UsageError
 from borecheck.robots.description import (
     Description,
     RobotDescription,
@@ -21,19 +18,10 @@ from borecheck.robots.description import (
 from borecheck.robots.description.fields import not_among
 from borecheck.robots.description.plugins import package_of
 from borecheck.robots.model import RobotModel
-from borecheck.robots.urdf.reach import ANYWHERE
-from borecheck.robots.urdf.xacro import expand
-from borecheck.robots.urdf.xacro.cache import expanded_text
-
-# So many combinations of choices are looked at; each takes a tenth of a second once.
-MAX_COMBINATIONS = 64
 
 # The needle is asked where it goes over so much insertion, [m], and may go aside by a
 # millionth of it: more than rounding, less than a typed angle's last digit.
 STEP, ASIDE = 1e-3, 1e-9
-
-_XACRO = "{http://www.ros.org/wiki/xacro}"
-_NAMES_NO_BODY = {f"{_XACRO}{tag}" for tag in ("arg", "property", "macro", "include")}
 
 
 @dataclass(frozen=True)
@@ -127,71 +115,16 @@ def _nowhere(
     # A link of a joint's name is a mistake here, not a link of other arguments.
     taken = {*model.link_names, *(joint.name for joint in model.tree.joints)}
     wanted = {(n.kind, n.name) for n in absent if n.name not in taken}
-    elsewhere = _elsewhere(description, arguments, wanted) if wanted else set()
+    elsewhere: set[tuple[str, str]] = set()
+    if wanted:  # seldom, and it reads and expands files
+        from borecheck.robots.names_elsewhere import names_elsewhere
+
+        elsewhere = names_elsewhere(description, arguments, wanted)
     return [
         n
         for n in absent
         if n.is_needed or n.name in taken or (n.kind, n.name) not in elsewhere
     ]
-
-
-def _elsewhere(
-    description: Description, arguments: Mapping[str, str], wanted: set[tuple[str, str]]
-) -> set[tuple[str, str]]:
-    """(kind, name) of bodies under other choices, and of those written in the files."""
-    found: set[tuple[str, str]] = set()
-    for choices in _combinations(description, arguments):
-        try:
-            text = expanded_text(description.xacro, {**arguments, **choices})
-        except BorecheckError:
-            continue  # choices that do not go together have no links
-        found |= _bodies(text)
-        if wanted <= found:
-            return found
-    if any(not argument.choices for argument in description.arguments.values()):
-        for file in expand(description.xacro, arguments, ANYWHERE).files:
-            found |= _written(file)
-    return found
-
-
-def _combinations(
-    description: Description, arguments: Mapping[str, str]
-) -> list[dict[str, str]]:
-    """Other choices than the present ones, those with few changes first."""
-    choices = {n: a.choices for n, a in description.arguments.items() if a.choices}
-    changes = []
-    for values in product(*choices.values()):
-        chosen = dict(zip(choices, values, strict=True))
-        changes.append({n: v for n, v in chosen.items() if v != arguments[n]})
-    return sorted(filter(None, changes), key=len)[:MAX_COMBINATIONS]
-
-
-def _bodies(text: str) -> set[tuple[str, str]]:
-    """(kind, name) of the links and joints of a URDF."""
-    root = ElementTree.fromstring(text)
-    return {
-        (kind, element.get("name", ""))
-        for kind in ("link", "joint")
-        for element in root.iter(kind)
-    }
-
-
-def _written(file: Path) -> set[tuple[str, str]]:
-    """What links and joints of a xacro file may be called, conditions left aside.
-
-    A macro's call may hold the name in any attribute.
-    """
-    root = ElementTree.fromstring(file.read_bytes())
-    found = {
-        (kind, element.get("name", ""))
-        for kind in ("link", "joint")
-        for element in root.iter(kind)
-    }
-    for element in root.iter():
-        if element.tag.startswith(_XACRO) and element.tag not in _NAMES_NO_BODY:
-            for text in element.attrib.values():
-                found |= {("link", text), ("joint", text)}
-    return found
 
 
 def _problem(named: Named, model: RobotModel) -> str:

@@ -1,7 +1,6 @@
 """Poses shared out among threads: kernels let others run."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +15,8 @@ def in_threads(run: Callable[[int, int], None], count: int, threads: int) -> Non
     if threads == 1 or count < 2:
         run(0, count)
         return
+    from concurrent.futures import ThreadPoolExecutor  # most questions are of one pose
+
     borders = np.linspace(0, count, min(threads, count) + 1).astype(int).tolist()
     with ThreadPoolExecutor(threads) as pool:
         jobs = [pool.submit(run, begin, end) for begin, end in pairwise(borders)]

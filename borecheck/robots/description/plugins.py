@@ -8,11 +8,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import fields
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from borecheck.core.entries import entries
 from borecheck.errors import BorecheckError, UnknownNameError, UsageError
 from borecheck.robots.description.fields import field_problems, not_among
 from borecheck.robots.description.hooks import missing_hooks, told
@@ -63,28 +64,28 @@ def installed(group: str, kind: str, name: str) -> Any:
         UnknownNameError: None is installed; lists those that are.
         UsageError: Its package cannot be loaded, or a field holds what it must not.
     """
-    entries = [entry for entry in _entries(group) if entry.name == name]
-    if not entries:
+    named = [entry for entry in _entries(group) if entry.name == name]
+    if not named:
         raise UnknownNameError(kind, name, installed_names(group))
     try:
-        return _sound(entries, _KINDS[group])
+        return _sound(named, _KINDS[group])
     except UsageError as error:
         raise UsageError(f"{package_of(group, name)}: {error}") from error
 
 
 def package_of(group: str, name: str) -> str:
     """`robot tilt_arm (package tilt-arm)`, for messages."""
-    entries = [entry for entry in _entries(group) if entry.name == name]
-    names = sorted({entry.dist.name for entry in entries if entry.dist is not None})
+    named = [entry for entry in _entries(group) if entry.name == name]
+    names = sorted({entry.dist.name for entry in named if entry.dist is not None})
     package = f" (package {', '.join(names)})" if names else ""
     return f"{group.removesuffix('s')} {name}{package}"
 
 
-def _sound(entries: Sequence[EntryPoint], kind: type[Description]) -> Description:
+def _sound(named: Sequence[EntryPoint], kind: type[Description]) -> Description:
     """What an entry point names, if it is a description without a defect."""
-    entry = entries[0]
-    if any(other.value != entry.value for other in entries):
-        values = " and ".join(sorted(entry.value for entry in entries))
+    entry = named[0]
+    if any(other.value != entry.value for other in named):
+        values = " and ".join(sorted(entry.value for entry in named))
         raise UsageError(f"the name is taken twice, by {values}")
     description = _loaded(entry)
     if not isinstance(description, kind):
@@ -120,4 +121,4 @@ def _nearest_field(message: str) -> str:
 
 
 def _entries(group: str) -> list[EntryPoint]:
-    return list(entry_points(group=f"borecheck.{group}"))
+    return entries(f"borecheck.{group}")
