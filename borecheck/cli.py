@@ -13,7 +13,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from borecheck.core.entries import entries
 from borecheck.core.streams import finish, log_in_lines, prepare_streams
@@ -21,11 +21,15 @@ from borecheck.core.text import one_line
 from borecheck.core.version import __version__
 from borecheck.errors import BorecheckError
 
+if TYPE_CHECKING:
+    from borecheck.commands.case.words import CaseUse
+
 COMMANDS = {
     "robots": ("borecheck.commands.robots", "robots and scanners installed"),
     "validate": ("borecheck.commands.validate", "is a URDF or xacro file sound?"),
     "explain": ("borecheck.commands.explain", "what a finding's code means"),
     "fk": ("borecheck.commands.fk", "kinematics three ways: do they agree?"),
+    "init": ("borecheck.commands.init", "writes a case file to fill in"),
     "check": ("borecheck.commands.check", "will the robot touch anything?"),
     "compare": ("borecheck.commands.compare", "where do contact checkers differ, why?"),
     "calibrate": ("borecheck.commands.calibrate", "identify a serial arm's axes"),
@@ -68,7 +72,10 @@ def _guarded(words: list[str]) -> int:
     except KeyboardInterrupt:
         _tell("interrupted")
         return INTERRUPTED
-    except (BorecheckError, OSError) as error:
+    except BorecheckError as error:
+        for line in error.lines:
+            _tell(f"error: {line}")
+    except OSError as error:
         _tell(f"error: {error}")
     except MemoryError:
         _tell("error: not enough memory")
@@ -80,9 +87,25 @@ def _guarded(words: list[str]) -> int:
 def _run(words: list[str]) -> int:
     commands = _all_commands()
     name = next((word for word in words if not word.startswith("-")), None)
-    args = _parser(commands, name).parse_args(words)
-    args.argv = words
+    given, case = _with_case(words, commands)
+    args = _parser(commands, name).parse_args(given)
+    args.argv, args.case = words, case
     return int(args.run(args))
+
+
+def _with_case(
+    words: list[str], commands: dict[str, tuple[str, str]]
+) -> "tuple[list[str], CaseUse | None]":
+    """The words with those of a case file, if one is named: `check case.toml`."""
+    if not any(word.lower().endswith(".toml") for word in words):
+        return words, None
+    from borecheck.commands.case.words import COMMANDS as TAKING_CASES
+    from borecheck.commands.case.words import with_case
+
+    if words[0] not in TAKING_CASES or not {"-h", "--help"}.isdisjoint(words):
+        return words, None
+    loaded: Any = import_module(commands[words[0]][0])
+    return with_case(words, words[0], loaded.add_arguments)
 
 
 def _tell(text: str) -> None:

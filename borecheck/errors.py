@@ -4,9 +4,17 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from os import PathLike
 
+# Of a file with many problems, so many are told.
+_SHOWN = 20
+
 
 class BorecheckError(Exception):
     """Base of all errors raised on purpose; its text is one clear line."""
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """What is wrong, a line for each problem."""
+        return (str(self),)
 
 
 class UsageError(BorecheckError):
@@ -62,6 +70,27 @@ class UrdfError(InputError):
 
 class PlanError(InputError):
     """A needle plan or path file that cannot be used."""
+
+
+class CaseError(InputError):
+    """A case file with keys that it may not hold, or that hold what they may not.
+
+    Args:
+        file: The file as the user named it.
+        problems: What is wrong, each with its key.
+    """
+
+    def __init__(self, file: str | PathLike[str], problems: Iterable[str]) -> None:
+        self.problems = tuple(problems)
+        super().__init__(file, "; ".join(self.problems))
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """A line for each problem, the first of very many."""
+        shown = self.problems[:_SHOWN]
+        more = len(self.problems) - len(shown)
+        lines = tuple(f"{self.file}: {problem}" for problem in shown)
+        return (*lines, f"{self.file}: and {more} more problems") if more else lines
 
 
 class JointLimitError(BorecheckError):

@@ -28,7 +28,9 @@ MAX_RANDOM = 10_000_000
 
 def add_robot(parser: argparse.ArgumentParser) -> None:
     """ROBOT and what places and shapes it."""
-    parser.add_argument("robot", help="installed robot, or a URDF or xacro file")
+    parser.add_argument(
+        "robot", help="installed robot, a URDF or xacro file, or a case file (.toml)"
+    )
     add_robot_options(parser)
 
 
@@ -78,7 +80,8 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scene",
         nargs="+",
-        help="installed scanner, or files as FILE[:unit][:frame][@x,y,z[,r,p,y]]",
+        help="installed scanner, or files as FILE[:unit][:frame][@x,y,z[,r,p,y]]; "
+        "left out with a case file that says it",
     )
     add_scene_options(parser)
 

@@ -26,6 +26,7 @@ _NO_RESULT = frozenset(
         ".srdf",
         ".yaml",
         ".yml",
+        ".toml",
         ".npz",
     )
 )
@@ -85,6 +86,8 @@ def emit(args: argparse.Namespace, document: Mapping[str, Any], text: Text) -> N
         document: The full result; its geometry, if any, stands under `display`.
         text: Its lines and tables.
     """
+    if args.case is not None:
+        document = {**document, "case": args.case.to_json()}
     try:
         if args.out is not None:
             write_whole(args.out, dumps(document))

@@ -31,7 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="+",
         metavar="FILE",
-        help="a certificate, JSON (several: all of them are checked)",
+        help="a certificate, JSON (several: all of them are checked); a case file "
+        "(.toml) binds them to what it names",
     )
     parser.add_argument(
         "--meshes",

@@ -35,10 +35,13 @@ def run(args: argparse.Namespace) -> int:
     from borecheck.commands.progress import say
     from borecheck.commands.warm_up import announce_compilation
     from borecheck.errors import UsageError
+    from borecheck.report.case_words import case_lines
     from borecheck.view.first_plan import first_plan
     from borecheck.view.server import check_port, serve
     from borecheck.view.session import Session
 
+    for line in case_lines({"case": args.case and args.case.to_json()}):
+        say(f"borecheck: {line}")
     if not 0 <= args.port < 65536:
         raise UsageError(f"--port {args.port} is no port")
     check_port(args.port)

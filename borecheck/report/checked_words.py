@@ -1,8 +1,10 @@
-"""What was checked, in at most six lines: the first of every verdict's text."""
+"""What was checked, in at most six lines and its case file's: the text begins so."""
 
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+from borecheck.report.case_words import case_lines
 
 # Bodies with a line of their own; of more, the last line tells how many there are.
 MOST_BODIES = 4
@@ -17,6 +19,7 @@ def lines(document: Mapping[str, Any]) -> list[str]:
         return []
     return [
         f"checked: {_robot(checked)}",
+        *(f"  {line}" for line in case_lines(document)),
         *(f"  {body}" for body in bodies(checked["bodies"])),
         f"  {asked(document)}",
     ]

@@ -17,6 +17,7 @@ from typing import Any
 
 from borecheck.core.result_file import RESULT_ID
 from borecheck.errors import BorecheckError
+from borecheck.report.case_words import case_notes
 from borecheck.report.motion_words import at_least, at_most
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -149,6 +150,7 @@ def _environment() -> Any:
     environment.filters["at_most"] = at_most
     environment.filters["thousands"] = lambda number: f"{number:,}"
     environment.filters["percent"] = lambda share: f"{100.0 * share:.1f} %"
+    environment.filters["case_notes"] = case_notes
     environment.filters["sentence"] = lambda text: f"{text[:1].upper()}{text[1:]}"
     environment.filters["cell"] = cell
     environment.filters["command_line"] = lambda words: shlex.join(map(str, words))

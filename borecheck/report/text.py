@@ -10,6 +10,7 @@ from borecheck.report.allowed_words import (
     hint_lines,
 )
 from borecheck.report.blocks import Block, Table
+from borecheck.report.case_words import case_lines
 from borecheck.report.checked_words import lines as checked_lines
 from borecheck.report.motion_words import at_least, motion_lines
 from borecheck.report.probability_words import cells as probability_cells
@@ -184,6 +185,7 @@ def compare_text(document: Mapping[str, Any], *, explain: bool = False) -> list[
     lines: list[Block] = [Table(rows)]
     lines += ["", *_cause_lines(document["disagreements"])]
     lines += _replay_lines(document)
+    lines += case_lines(document)
     hidden = [text for pose in document["poses"] for text in pose["contained"]]
     if hidden:
         lines.append(f"seen by containment only: {len(hidden)} times")
@@ -262,6 +264,7 @@ def fk_text(document: Mapping[str, Any]) -> list[Block]:
             )
         )
     lines.append(Table(rows))
+    lines += case_lines(document)
     lines += [f"no {source}: {why}" for source, why in document["silent"].items()]
     return lines
 

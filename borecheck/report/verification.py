@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from borecheck.report.case_words import case_lines
 from borecheck.verify.verification import Verification
 
 # Of a hash, enough to tell two robots apart on a line.
@@ -60,6 +61,7 @@ def verification_text(document: Mapping[str, Any]) -> Iterator[str]:
     several = len(blocks) > 1
     for block in blocks:
         yield from _one(block, f" {block['file']}" if several else "")
+    yield from case_lines(document)
     for name in document.get("plans_without", ()):
         yield f"no certificate given for the plan {name}"
     if several:
