@@ -40,6 +40,8 @@ class KernelLocator(caching._CacheLocator):  # type: ignore[misc]
     def __init__(self, line: int, file: Path) -> None:
         self._line = line
         self._file = file
+        # What numba prints when it cannot keep a kernel (as with NUMBA_OPT=0).
+        self._lineno, self._py_file = line, str(file)
         self._folder = _folder(file) if file.is_file() else process_folder()
 
     def get_cache_path(self) -> str:
@@ -66,7 +68,7 @@ class KernelLocator(caching._CacheLocator):  # type: ignore[misc]
 @cache
 def stamp(file: Path) -> str:
     """Hash of a file and of all files of the package that it imports."""
-    digest = sha256(f"kernels-2 numpy-{np.__version__}".encode())
+    digest = sha256(f"kernels-3 numpy-{np.__version__}".encode())
     for source in sources(file):
         digest.update(f"\n{source.name} {_read(source)[0]}".encode())
     return digest.hexdigest()

@@ -9,14 +9,20 @@ compiled without it.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, overload
 
 from numba import njit
+from numba.core.dispatcher import Dispatcher
 
 import borecheck.geometry.kernels.blas  # noqa: F401  (for its effect)
+from borecheck.geometry.kernels.callee import KernelCompiler, KernelDispatcher
 
 # A kernel holds no Python object (nogil), and divides as numpy does: no exceptions.
-_ALWAYS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+_ALWAYS: dict[str, Any] = {
+    **{"nogil": True, "error_model": "numpy"},
+    "no_cfunc_wrapper": True,  # for callbacks from C, of which there are none
+}
 
 # Worth it for small functions in inner loops.
 INLINE: dict[str, Any] = {"forceinline": True}
@@ -38,5 +44,10 @@ def kernel(function: Callable[..., Any] | None = None, /, **options: Any) -> Any
     Returns:
         numba's dispatcher, or the decorator that makes it.
     """
-    decorate = njit(**{**_ALWAYS, **options})
-    return decorate if function is None else decorate(function)
+    if function is None:
+        return partial(kernel, **options)
+    made: Any = njit(pipeline_class=KernelCompiler, **{**_ALWAYS, **options})(function)
+    if isinstance(made, Dispatcher):  # else numba is switched off: NUMBA_DISABLE_JIT
+        made.__class__ = KernelDispatcher
+        made.enable_caching()
+    return made
