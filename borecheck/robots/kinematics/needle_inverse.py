@@ -33,6 +33,8 @@ STARTS = 32
 ROUNDS = 5
 # Solutions as near as this are one, [rad] and [m]; of a family one in so much.
 SAME, APART = 1e-5, 0.2
+# Where nothing was found, so many of the nearest, as near as this [m], go on so long.
+MOST_LED_ON, _PROMISING, STEPS_LED_ON = 8, 2e-3, 150
 # What a chain and Pinocchio place apart by rounding, with room, [m].
 _LEFT = 1e-11
 # Broken limits that are told, of so many ways to reach the needle without them.
@@ -128,6 +130,8 @@ class NumericalInverse:
     ) -> list[Array]:
         """Different solutions, nearest to home first."""
         qs, rest = _descended(task, starts, tip, way)
+        if not (rest < _LEFT).any():
+            qs, rest = _near_singular(task, qs, rest, tip, way)
         near = nearest_turns(self._turning, qs[rest < _LEFT], home, task)
         apart = APART if task.is_redundant else SAME
         order = np.argsort(np.abs(near - home).sum(axis=1), kind="stable")
@@ -210,6 +214,19 @@ def _descended(
 ) -> tuple[Array, Array]:
     many = (len(starts), 1)
     return task.descend(starts, np.tile(tip, many), np.tile(direction, many))
+
+
+def _near_singular(
+    task: NeedleTask, qs: Array, rest: Array, tip: Array, way: Array
+) -> tuple[Array, Array]:
+    """The nearest of them, led on: where an arm is singular the last steps halve."""
+    order = np.argsort(rest, kind="stable")[:MOST_LED_ON]
+    led = qs[order[rest[order] < _PROMISING]]
+    if not len(led):
+        return qs, rest
+    many = (len(led), 1)
+    needles = np.tile(tip, many), np.tile(way, many)
+    return task.for_singular().descend(led, *needles, STEPS_LED_ON)
 
 
 def _asked(tip: ArrayLike, direction: ArrayLike) -> tuple[Array, Array]:

@@ -46,6 +46,7 @@ class NeedleTask:
         upper: Likewise.
         held: Entries of q that stay as they are.
         turning: How much direction counts, [m]; 0: the tip alone is asked.
+        floor: Least damping, in proportion to the task's own size.
     """
 
     chain: JointChain
@@ -55,6 +56,7 @@ class NeedleTask:
     upper: Array
     held: tuple[int, ...] = ()
     turning: float = ARM
+    floor: float = FLOOR
 
     @cached_property
     def way(self) -> NDArray[np.int64]:
@@ -92,6 +94,10 @@ class NeedleTask:
     def of_tip_alone(self) -> "NeedleTask":
         """The same, with any direction."""
         return replace(self, turning=0.0)
+
+    def for_singular(self) -> "NeedleTask":
+        """The same, with next to no damping: for what is nearly there."""
+        return replace(self, floor=1e-5 * FLOOR)
 
     def without_limits(self) -> "NeedleTask":
         """The same, with joints that go anywhere."""
@@ -151,7 +157,7 @@ class NeedleTask:
         J = np.where(out[:, None, :], 0.0, J)
         A = J @ J.transpose(0, 2, 1)
         size = np.trace(A, axis1=1, axis2=2)
-        least = damping * np.einsum("ki,ki->k", r, r) + FLOOR * size + 1e-30
+        least = damping * np.einsum("ki,ki->k", r, r) + self.floor * size + 1e-30
         A += least[:, None, None] * np.eye(6)
         step = -np.einsum("kij,ki->kj", J, np.linalg.solve(A, r[:, :, None])[:, :, 0])
         longest = np.abs(step).max(axis=1, initial=0.0)

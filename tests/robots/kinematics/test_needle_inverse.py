@@ -1,6 +1,7 @@
 """Inverse kinematics for any chain: what is found is there, the rest has reasons."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,9 @@ from borecheck.robots.kinematics.needle_inverse import (
     needle_inverse,
 )
 from borecheck.robots.kinematics.starts import spread
+from borecheck.robots.model import RobotModel
+from borecheck.robots.needle import Needle
+from borecheck.robots.robot import Robot
 from tests.places import ROBOTS
 
 # A tip within this is there: a hundredth of a wavelength, and far above rounding.
@@ -172,3 +176,33 @@ def test_starts_fill_the_limits_evenly():
     counts, _, _ = np.histogram2d(qs[:, 0], qs[:, 2], bins=4, range=[[-1, 1], [0, 0.2]])
     assert counts.min() >= 12  # 16 on average
     assert np.array_equal(qs[32:64], spread(home, np.array([0, 2]), low, high, 32, 32))
+
+
+def test_an_arm_that_is_all_but_singular_everywhere_is_found():
+    """Right angles typed with five digits: its fifth direction is 1e-7 of the others.
+
+    Damping that suits other arms never gets there.
+    """
+    origins = (
+        ("0 0 0", "1.5708 1.5708 0"),
+        ("0.132 0 0", "0 0 0"),
+        ("0.075 0 0", "0 0 0"),
+        ("0 0 -0.011925", "1.5708 0 0"),
+        ("0.034 0 -0.00025", "1.5708 0 1.5708"),
+    )
+    lines = ['<robot name="typed"><link name="l0"/>']
+    for k, (xyz, rpy) in enumerate(origins):
+        lines.append(
+            f'<link name="l{k + 1}"/><joint name="j{k + 1}" type="revolute">'
+            f'<parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="0 0 1"/>'
+            f'<origin xyz="{xyz}" rpy="{rpy}"/>'
+            '<limit lower="-1.67" upper="1.67" effort="1" velocity="1"/></joint>'
+        )
+    model = RobotModel("".join([*lines, "</robot>"]))
+    robot = Robot(
+        *("typed", None, {}, "", Path("typed.urdf"), "", model, (), np.eye(4), (), ()),
+        stated_needle=Needle("l5", "l5", np.array([1.0, 0.0, 0.0])),
+    )
+    for q in model.random_configurations(np.random.default_rng(3), 8):
+        found = needle_inverse(robot, *needle_at(robot, q))
+        assert found.configurations, found.rejected
