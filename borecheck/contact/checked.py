@@ -50,6 +50,8 @@ class Checked:
         margin_kind: How it is taken.
         corridor_m: How far from its line the needle may be in the patient, [m]; None
             without plan or corridor.
+        needle: The needle that was stated: link, frame at the tip, insertion joint;
+            None for a robot's own, or without plan and corridor.
         warnings: What is odd about it.
     """
 
@@ -61,6 +63,7 @@ class Checked:
     margin_m: float
     margin_kind: str
     corridor_m: float | None
+    needle: str | None
     warnings: tuple[str, ...]
 
     def to_json(self) -> dict[str, Any]:
@@ -98,8 +101,14 @@ def checked(
         margin_m=margin.size,
         margin_kind=margin.kind,
         corridor_m=wide,
+        needle=_stated(robot) if wide is not None else None,
         warnings=_out_of_reach(robot, scene),
     )
+
+
+def _stated(robot: Robot) -> str | None:
+    needle = robot.stated_needle
+    return None if needle is None else needle.says.replace("--", "")
 
 
 def _telling_arguments(robot: Robot) -> dict[str, str]:

@@ -51,6 +51,7 @@ def check_path(
     waypoints: ArrayLike,
     margin: float = 0.0,
     *,
+    corridor: Corridor | None = None,
     long_way: bool = False,
     clearance: bool = True,
     tolerance: Tolerance = TOLERANCE,
@@ -62,6 +63,7 @@ def check_path(
         scene: From `load_scene`.
         waypoints: Configurations, (k, n), [m] and [rad].
         margin: Required clearance to obstacles, [m].
+        corridor: Where the needle may be in the patient; see `corridor_along`.
         long_way: Whether continuous joints go as their numbers do where they turn by
             half a turn or more; else what happens there is unknown.
         clearance: Whether to certify the least clearance, too.
@@ -72,7 +74,7 @@ def check_path(
         UsageError: No waypoint, or a margin that is none.
     """
     points = checked_waypoints(robot, waypoints)
-    problem = path_problem(robot, scene, margin)
+    problem = path_problem(robot, scene, margin, corridor)
     found = search(problem, points)
     turns = None if long_way else open_turns(robot.model, points)
     if turns is not None:

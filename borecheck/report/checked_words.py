@@ -68,10 +68,12 @@ def asked(document: Mapping[str, Any]) -> str:
     kept = f"margin {_tenths(1e3 * margin)} mm ({document['margin_kind']})"
     words = [kept if margin else "no margin"]
     words.append(f"checker {document['checker']}, pruning {document['pruning']}")
-    corridor = document.get("checked", {}).get("corridor_m")
+    checked = document.get("checked", {})
+    corridor, needle = checked.get("corridor_m"), checked.get("needle")
     if corridor is not None:
+        which = "the needle" if needle is None else f"the needle ({needle})"
         words.append(
-            "the needle may be in the patient only within "
+            f"{which} may be in the patient only within "
             f"{1e3 * corridor:.3g} mm of its line"
         )
     return ", ".join(words)

@@ -10,6 +10,9 @@ from borecheck.cli import main
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import write_stl
 from borecheck.motion.certificate import digest
+from borecheck.plans.needle_corridor import last_leg
+from borecheck.plans.plan_file import read_plans
+from borecheck.view.session import Session
 from tests.places import ROBOTS
 
 ARM = ROBOTS / "needle_arm.urdf"
@@ -191,8 +194,6 @@ def test_a_motion_that_is_not_the_plans_is_not_accepted_for_it(
     folder, tmp_path, change
 ):
     """Held to the plan by the URDF, before any of its intervals is asked."""
-    from borecheck.plans.plan_file import read_plans
-
     file = forged(folder, "plan.json", change, tmp_path)
     plans = read_plans(folder / "plans.csv")
     found = bc.verify(file, *loaded(folder), plans=plans)
@@ -235,6 +236,29 @@ def test_mistakes_are_one_line(folder, capsys, monkeypatch, words, says):
     assert says in err
     assert "Traceback" not in err
     assert len(err.strip().splitlines()) == 1
+
+
+def test_in_python_a_corridor_is_of_a_path_too(folder):
+    robot, scene = loaded(folder)
+    points = np.loadtxt(folder / "path.csv", delimiter=",", skiprows=1)
+    corridor = last_leg(robot, points)
+    assert bc.check_path(robot, scene, points).verdict == "contact"
+    assert bc.check_path(robot, scene, points, corridor=corridor).clear
+
+
+def test_the_text_says_which_needle_was_stated(folder, capsys):
+    words = ["--path", folder / "path.csv", "--samples", "3", "--corridor", CORRIDOR]
+    _, out, _ = run(capsys, "check", *around(folder), *words, *NEEDLE)
+    assert "the needle (needle needle_link tip needle_tip:z) may be in the" in out
+
+
+def test_the_live_view_follows_plans_of_a_stated_needle(folder):
+    robot, scene = loaded(folder)
+    plan = read_plans(folder / "plans.csv")[0]
+    session = Session(robot, scene, plan)
+    assert session.follows_plans
+    end = robot.placements(session.at(session.motion(), 1.0))["needle_tip"]
+    np.testing.assert_allclose(end[:3, 3], plan.target, atol=1e-9)
 
 
 def test_numbers_of_the_certificate_are_those_of_the_plan(folder):
