@@ -102,9 +102,10 @@ def run(args: argparse.Namespace) -> int:
     refuse_stray_corridor(args)
     plans = _plans_asked(args)
     files = prepared(args, plans)
-    from borecheck.commands.warm_up import announce_compilation, warm_up
+    from borecheck.commands.compiling import tell_of_compiling
+    from borecheck.commands.warm_up import warm_up
 
-    announce_compilation()
+    tell_of_compiling()
     from borecheck.commands.answers import Asked
     from borecheck.commands.exit_status import ExitStatus, of_verdict
     from borecheck.contact.checked import checked

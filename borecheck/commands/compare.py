@@ -49,9 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Compares; 0 if every disagreement has a named cause, else 1."""
     check_outputs(args)
-    from borecheck.commands.warm_up import announce_compilation
+    from borecheck.commands.compiling import tell_of_compiling
 
-    announce_compilation()
+    tell_of_compiling()
     from borecheck.commands.exit_status import ExitStatus
     from borecheck.commands.progress import say
     from borecheck.report.document import header

@@ -32,8 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serves the view until Ctrl-C."""
+    from borecheck.commands.compiling import tell_of_compiling
     from borecheck.commands.progress import say
-    from borecheck.commands.warm_up import announce_compilation
     from borecheck.errors import UsageError
     from borecheck.report.case_words import case_lines
     from borecheck.view.first_plan import first_plan
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.scene:
         args.scene = [_own_scanner(robot)]
     scene = common.load_surroundings(args)
-    announce_compilation()
+    tell_of_compiling()
     serve(Session(robot, scene, first_plan(robot, scene), margin), args.port, say)
     return 0
 

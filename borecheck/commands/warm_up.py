@@ -1,54 +1,15 @@
-"""Compiled kernels: said when they are compiled the first time, and kept off the clock.
+"""Kernels are loaded or compiled before a check's clock runs.
 
 numba loads or compiles a kernel when it is first called, in every process; a result's
 `seconds` are those of the check alone.
 """
 
-import platform
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-from borecheck.commands.progress import say
-from borecheck.core.cache import cache_folder
-from borecheck.core.private_folder import make_private
 
 if TYPE_CHECKING:
     from borecheck.contact.settings import Settings
     from borecheck.robots.robot import Robot
-
-
-def announce_compilation() -> None:
-    """One line on standard error before the first, slow run with these versions.
-
-    numba keeps the compiled kernels by themselves; the mark left here only
-    remembers that somebody has been told.
-    """
-    from importlib.metadata import version
-
-    from borecheck.core.version import __version__
-
-    here = sha256(str(Path(__file__).parent).encode()).hexdigest()[:8]
-    parts = (__version__, version("numba"), version("numpy"), platform.machine(), here)
-    mark = cache_folder() / f"compiled-{'-'.join(parts)}"
-    if _exists(mark):
-        return
-    say(
-        "borecheck: compiling the contact kernels, once for this installation; "
-        "this takes a minute or two ..."
-    )
-    try:
-        make_private(mark.parent)
-        mark.touch()
-    except OSError as error:
-        say(f"borecheck: {mark.parent} cannot be written ({error.strerror})")
-
-
-def _exists(mark: Path) -> bool:
-    try:
-        return mark.exists()
-    except OSError:  # a folder that may not be looked into
-        return False
 
 
 def warm_up(chosen: "Settings") -> None:

@@ -57,9 +57,9 @@ def run(args: argparse.Namespace) -> int:
     check_outputs(args)
     if args.state is not None:
         check_writable(args.state, stream=False)
+    from borecheck.commands.compiling import tell_of_compiling
     from borecheck.commands.exit_status import ExitStatus
     from borecheck.commands.progress import Progress
-    from borecheck.commands.warm_up import announce_compilation
     from borecheck.errors import UsageError
     from borecheck.report.document import header
     from zerobot.trials.document import document
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.samples < 0 or args.jobs < 0 or args.seed < 0:
         raise UsageError("--samples, --jobs and --seed are 0 or more")
-    announce_compilation()
+    tell_of_compiling()
     options = StudyOptions(
         mount=args.mount,
         level=args.level,
