@@ -170,6 +170,8 @@ class Robot:
     ) -> "Robot":
         """The same robot with the needle that is stated, if one is.
 
+        A description's own needle stays its own: with its width, and its closed form.
+
         Args:
             link: The needle's link; its own where only the tip is stated.
             tip: See `needle.stated`.
@@ -184,9 +186,13 @@ class Robot:
             raise UsageError(
                 f"--tip goes with --needle; {proposal(self.model, self.parts)}"
             )
-        own = "" if self.needle is None else self.needle.link
-        found = stated(self.model, self.parts, link or own, tip, insertion)
-        return replace(self, stated_needle=found)
+        own = self.needle
+        if own is not None and link in (None, own.link):
+            link, insertion = own.link, insertion or own.insertion
+            if tip is None:
+                tip = own.tip
+        found = stated(self.model, self.parts, link or "", tip, insertion)
+        return self if found.is_same(own) else replace(self, stated_needle=found)
 
     def needle_with_tip(self) -> Needle:
         """Its needle, with a frame at the tip.

@@ -54,10 +54,20 @@ class Needle:
     @property
     def says(self) -> str:
         """The options that state it."""
-        name = next(k for k, axis in AXES.items() if np.array_equal(axis, self.axis))
+        names = [k for k, axis in AXES.items() if np.array_equal(axis, self.axis)]
+        name = names[0] if names else str(self.axis.tolist())
         tip = "" if self.tip is None else f" --tip {self.tip}:{name}"
         more = "" if self.insertion is None else f" --insertion {self.insertion}"
         return f"--needle {self.link}{tip}{more}"
+
+    def is_same(self, other: "Needle | None") -> bool:
+        """Whether another one is the same link, tip, axis and drive, however wide."""
+        return (
+            other is not None
+            and (self.link, self.tip) == (other.link, other.tip)
+            and self.insertion == other.insertion
+            and np.array_equal(self.axis, other.axis)
+        )
 
 
 def described(description: RobotDescription) -> Needle | None:

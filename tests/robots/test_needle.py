@@ -34,6 +34,26 @@ def test_a_description_states_its_own(zerobot):
     assert needle.radius == zerobot.description.needle_radius
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"needle": "needle"},
+        {"tip": "E"},
+        {"needle": "needle", "tip": "E:z", "insertion": "q6"},
+    ],
+)
+def test_a_descriptions_needle_stated_again_stays_its_own(zerobot, given):
+    """With its width from the paper, and its closed form."""
+    again = bc.load_robot("zerobot", **given)
+    assert again.stated_needle is None
+    assert again.needle.radius == zerobot.needle.radius
+
+
+def test_another_needle_of_an_installed_robot_is_its_own_statement(zerobot):
+    other = bc.load_robot("zerobot", needle="needle", tip="E:z", insertion="q1")
+    assert other.stated_needle.insertion == "q1"
+
+
 def test_the_proposal_would_be_accepted():
     robot = bc.load_robot(ARM)
     with pytest.raises(UsageError, match="has no needle") as told:
