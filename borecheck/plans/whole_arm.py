@@ -17,7 +17,11 @@ from numpy.typing import NDArray
 from borecheck.errors import BorecheckError, UnknownNameError, UsageError
 from borecheck.plans.needle_line import TIP_TOLERANCE, TURN_TOLERANCE, NeedleLine
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.robots.kinematics.needle_inverse import NumericalInverse
+from borecheck.robots.kinematics.needle_inverse import (
+    MOST_STARTS,
+    STARTS,
+    NumericalInverse,
+)
 from borecheck.robots.kinematics.needle_task import NeedleTask
 from borecheck.robots.robot import Robot
 
@@ -28,8 +32,10 @@ Room = Callable[[Array], Array]
 # One station for every so many metres to begin with; more where the needle would stray.
 STEP = 0.01
 HALVINGS = 6
-# Ways to begin that are followed, nearest to home first.
-MOST_BEGINNINGS = 32
+# Starts from which beginnings are searched: more where none of the first goes through.
+SEARCHES = (STARTS, MOST_STARTS)
+# Beginnings that are followed, nearest to home first.
+MOST_BEGINNINGS = 128
 # Of those so many are tried, with most room first.
 MOST_TRIED = 8
 # Places on a motion whose room is asked.
@@ -74,26 +80,12 @@ def whole_arm_motion(
         UsageError: The robot has no needle with a tip.
         UnreachableError: No motion was found; what stands against it.
     """
-    solver = NumericalInverse.of(robot)
-    line = NeedleLine(robot, solver.needle, plan.name, plan.entry, plan.direction)
-    stations = _stations(robot, plan, standoff)
-    _, task = solver.standing(stations.insertion)
-    begin = plan.entry + stations.distances[0] * plan.direction
-    found = solver.solutions(begin, plan.direction, stations.insertion)
-    if not found.configurations:
-        raise UnreachableError(
-            f"plan {plan.name}: no configuration was found where its approach begins, "
-            f"{1e3 * standoff:g} mm before its entry: " + " | or: ".join(found.rejected)
-        )
-    followed = _Followed(task, plan, stations.distances)
-    motions = followed.motions(np.array(found.configurations[:MOST_BEGINNINGS]))
-    for k in islice(_by_room(motions, room), MOST_TRIED):
-        waypoints = _on_the_line(robot, line, plan, stations, task, motions[k][0])
+    search = _Search(robot, plan, standoff, room)
+    for starts in SEARCHES:
+        waypoints = search.motion(starts)
         if waypoints is not None:
             return waypoints
-    names = robot.model.joint_names
-    reason = followed.why(names) if not len(motions) else "it strays from its line"
-    raise UnreachableError(f"plan {plan.name}: {reason}")
+    raise UnreachableError(f"plan {plan.name}: {search.reason}")
 
 
 def hold_motion(
@@ -143,33 +135,81 @@ def _stations(robot: Robot, plan: NeedlePlan, standoff: float) -> Stations:
     return Stations(np.linspace(-standoff, end, count), insertion, driven)
 
 
-def _on_the_line(
-    robot: Robot,
-    line: NeedleLine,
-    plan: NeedlePlan,
-    stations: Stations,
-    task: NeedleTask,
-    q: Array,
-) -> Array | None:
-    """A motion from a beginning, as dense as it must be; None if that does not help."""
-    distances = stations.distances
-    for _ in range(HALVINGS):
-        motions = _Followed(task, plan, distances).motions(q[None])
+class _Search:
+    """Motions of one plan, from the beginnings that a number of starts finds.
+
+    Attributes:
+        reason: Why the last ones that were searched do not reach the target.
+    """
+
+    def __init__(
+        self, robot: Robot, plan: NeedlePlan, standoff: float, room: Room | None
+    ) -> None:
+        self._solver = NumericalInverse.of(robot)
+        self._robot, self._plan, self._room = robot, plan, room
+        self._standoff = standoff
+        self._stations = _stations(robot, plan, standoff)
+        self._line = NeedleLine(
+            robot, self._solver.needle, plan.name, plan.entry, plan.direction
+        )
+        _, self._task = self._solver.standing(self._stations.insertion)
+        self.reason = ""
+
+    def motion(self, starts: int) -> Array | None:
+        """The motion with most room that keeps to the line; None if none is found.
+
+        Raises:
+            UnreachableError: There is no way to begin.
+        """
+        followed = _Followed(self._task, self._plan, self._stations.distances)
+        motions = followed.motions(self._beginnings(starts))
+        for k in islice(_by_room(motions, self._room), MOST_TRIED):
+            waypoints = self._on_the_line(motions[k][0])
+            if waypoints is not None:
+                return waypoints
+        self.reason = "it strays from its line"
         if not len(motions):
-            return None
-        waypoints, along = _with_drive(robot, stations, motions[0], distances)
-        off, turned = line.steps(waypoints, along)
-        strays = (off > TIP_TOLERANCE) | (turned > TURN_TOLERANCE)
-        if not strays.any():
-            for j in (0, len(waypoints) // 2, -1):  # by Pinocchio, too
-                line.hold(waypoints[j], float(along[j]))
-            return waypoints
-        if stations.driven and strays[-1]:
-            return None  # the drive leads aside: no more stations help
-        strays = strays[: len(distances) - 1]
-        middle = 0.5 * (distances[1:] + distances[:-1])[strays]
-        distances = np.sort(np.concatenate([distances, middle]))
-    return None
+            self.reason = followed.why(self._robot.model.joint_names)
+        return None
+
+    def _beginnings(self, starts: int) -> Array:
+        plan, stations = self._plan, self._stations
+        tip = plan.entry + stations.distances[0] * plan.direction
+        found = self._solver.solutions(tip, plan.direction, stations.insertion, starts)
+        if found.configurations:
+            return np.array(found.configurations[:MOST_BEGINNINGS])
+        raise UnreachableError(
+            f"plan {plan.name}: no configuration was found where its approach begins, "
+            f"{1e3 * self._standoff:g} mm before its entry: "
+            + " | or: ".join(found.rejected)
+        )
+
+    def _on_the_line(self, q: Array) -> Array | None:
+        """A motion from a beginning, as dense as must be; None if that is no help."""
+        distances, driven = self._stations.distances, self._stations.driven
+        for _ in range(HALVINGS):
+            motions = _Followed(self._task, self._plan, distances).motions(q[None])
+            if not len(motions):
+                return None
+            waypoints, along = _with_drive(
+                self._robot, self._stations, motions[0], distances
+            )
+            off, turned = self._line.steps(waypoints, along)
+            strays = (off > TIP_TOLERANCE) | (turned > TURN_TOLERANCE)
+            if not strays.any():
+                self._hold(waypoints, along)
+                return waypoints
+            if driven and strays[-1]:
+                return None  # the drive leads aside: no more stations help
+            strays = strays[: len(distances) - 1]
+            middle = 0.5 * (distances[1:] + distances[:-1])[strays]
+            distances = np.sort(np.concatenate([distances, middle]))
+        return None
+
+    def _hold(self, waypoints: Array, along: Array) -> None:
+        """Asks Pinocchio, too."""
+        for k in (0, len(waypoints) // 2, -1):
+            self._line.hold(waypoints[k], float(along[k]))
 
 
 def _with_drive(

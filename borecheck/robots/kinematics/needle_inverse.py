@@ -28,9 +28,9 @@ Array = NDArray[np.float64]
 # the needle as near to the direction asked.
 TIP_TOLERANCE = 1e-10
 TURN_TOLERANCE = 1e-10
-# Starts of the first round; where it finds nothing, rounds twice as large follow.
-STARTS = 32
-ROUNDS = 5
+# Starts of the first round; where it finds nothing, rounds twice as large follow, and
+# the last has so many.
+STARTS, MOST_STARTS = 32, 512
 # Solutions as near as this are one, [rad] and [m]; of a family one in so much.
 SAME, APART = 1e-5, 0.2
 # Where nothing was found, so many of the nearest, as near as this [m], go on so long.
@@ -84,15 +84,18 @@ class NumericalInverse:
         return NumericalInverse(robot, robot.needle_with_tip())
 
     def solutions(
-        self, tip: Array, direction: Array, insertion: float | None = None
+        self,
+        tip: Array,
+        direction: Array,
+        insertion: float | None = None,
+        first_round: int = STARTS,
     ) -> Solutions:
-        """As `needle_inverse`, for a unit vector."""
+        """As `needle_inverse`, for a unit vector, from at least so many starts."""
         home, task = self.standing(insertion)
-        total = 0
-        for k in range(ROUNDS):
-            count = STARTS << k
+        total, count = 0, first_round
+        while count <= MOST_STARTS:
             starts = spread(home, task.active, task.lower, task.upper, total, count)
-            total += count
+            total, count = total + count, 2 * count
             found = self._found(task, starts, home, tip, direction)
             if found:
                 return Solutions(tuple(found), ())
