@@ -43,6 +43,7 @@ def generated(session: nox.Session) -> None:
     """What scripts write is what lies here."""
     _run(session, "python", "scripts/compile_urdf.py", "--check")
     _run(session, "python", "scripts/make_meshes.py", "--check")
+    _run(session, "python", "scripts/make_examples.py", "--check")
 
 
 @nox.session

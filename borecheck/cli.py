@@ -30,6 +30,7 @@ COMMANDS = {
     "explain": ("borecheck.commands.explain", "what a finding's code means"),
     "fk": ("borecheck.commands.fk", "kinematics three ways: do they agree?"),
     "init": ("borecheck.commands.init", "writes a case file to fill in"),
+    "examples": ("borecheck.commands.examples", "writes files to try it with"),
     "check": ("borecheck.commands.check", "will the robot touch anything?"),
     "compare": ("borecheck.commands.compare", "where do contact checkers differ, why?"),
     "calibrate": ("borecheck.commands.calibrate", "identify a serial arm's axes"),
