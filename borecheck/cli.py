@@ -15,11 +15,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from borecheck.commands.words import refuse_unknown_command, refuse_unknown_options
 from borecheck.core.entries import entries
 from borecheck.core.streams import finish, log_in_lines, prepare_streams
 from borecheck.core.text import one_line
 from borecheck.core.version import __version__
-from borecheck.errors import BorecheckError
+from borecheck.errors import BorecheckError, UsageError
 
 if TYPE_CHECKING:
     from borecheck.commands.case.words import CaseUse
@@ -88,8 +89,16 @@ def _guarded(words: list[str]) -> int:
 def _run(words: list[str]) -> int:
     commands = _all_commands()
     name = next((word for word in words if not word.startswith("-")), None)
+    if not words:
+        _parser(commands, None)[0].print_help()
+        return 0
+    if name is not None and words[0] == name:
+        refuse_unknown_command(name, commands)
     given, case = _with_case(words, commands)
-    args = _parser(commands, name).parse_args(given)
+    parser, command = _parser(commands, name)
+    if name is not None and command is not None:
+        refuse_unknown_options(command, given[given.index(name) + 1 :])
+    args = parser.parse_args(given)
     args.argv, args.case = words, case
     return int(args.run(args))
 
@@ -173,16 +182,16 @@ def _purpose(entry: EntryPoint) -> str:
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose errors hold words of the command line, which shells expand."""
+    """A parser whose errors are one line, of words which shells expand."""
 
     def error(self, message: str) -> NoReturn:
-        super().error(one_line(message))
+        raise UsageError(f"{one_line(message)} (see '{self.prog} --help')")
 
 
 def _parser(
     commands: dict[str, tuple[str, str]], chosen: str | None
-) -> argparse.ArgumentParser:
-    """The parser; only the chosen command's module is imported."""
+) -> tuple[argparse.ArgumentParser, argparse.ArgumentParser | None]:
+    """The parser and the chosen command's; only that one's module is imported."""
     parser = _Parser(
         prog="borecheck",
         description="Tells, with proof, whether an image-guided needle robot will "
@@ -194,11 +203,13 @@ def _parser(
         "--version", action="version", version=f"borecheck {__version__}"
     )
     below = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    filled = None
     for name, (module, summary) in commands.items():
         command = below.add_parser(name, help=summary, description=summary)
         if name == chosen:
             _fill(command, module)
-    return parser
+            filled = command
+    return parser, filled
 
 
 def _fill(command: argparse.ArgumentParser, module: str) -> None:

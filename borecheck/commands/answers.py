@@ -1,7 +1,7 @@
 """What `check` answers about a pose, a path, or needle plans, as parts of a result."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -182,22 +182,36 @@ def _worst(results: Sequence[dict[str, Any]], total: int) -> dict[str, Any]:
     from borecheck.contact.verdict import worst_of
 
     verdicts = [result["verdict"] for result in results]
-    return {"verdict": worst_of(verdicts), "reason": counted(verdicts, total)}
+    beyond = sum(not result.get("reachable", True) for result in results)
+    return {
+        "verdict": worst_of(verdicts),
+        "reason": counted(verdicts, total, beyond),
+    }
 
 
 def _worst_half(
     results: Sequence[dict[str, Any]], half: str, total: int
 ) -> dict[str, Any]:
     """Of all plans, what holds of the obstacles, or of the robot itself."""
-    answers = [result.get(half, result) for result in results]
+    answers = [
+        {**result, **result[half]} if half in result else result for result in results
+    ]
     pairs = {tuple(pair) for answer in answers for pair in answer.get("pairs", ())}
     return {**_worst(answers, total), "qualifiers": [], "pairs": sorted(pairs)}
 
 
-def counted(verdicts: Sequence[str], total: int) -> str:
-    """How many plans are in contact, unknown, clear: what is worst comes first."""
+def counted(verdicts: Sequence[str], total: int, beyond: int = 0) -> str:
+    """How many plans are in contact, unknown, clear: what is worst comes first.
+
+    Args:
+        verdicts: Of the plans that were looked at.
+        total: How many there are.
+        beyond: How many of the unknown ones are out of reach, which is definite.
+    """
     words = {"contact": "in contact", "unknown": "unknown", "clear": "clear"}
     counts = {word: verdicts.count(name) for name, word in words.items()}
+    counts["unknown"] -= beyond
+    counts["out of reach"] = beyond
     counts["not checked"] = total - len(verdicts)
     found = [(count, word) for word, count in counts.items() if count]
     if len(found) == 1:
@@ -223,9 +237,22 @@ def _one_plan(asked: Asked, plan: "NeedlePlan") -> dict[str, Any]:
         motion = needle_motion(asked.robot, asked.scene, plan)
     except UnreachableError as error:
         reason = f"{error}{_swapped(asked.robot, plan)}"
-        return {**named, "verdict": "unknown", "reason": reason, "reachable": False}
+        unreached = {"verdict": "unknown", "reason": reason, "reachable": False}
+        return {**named, **unreached, "reason_code": reason_code(unreached)}
     block = _motion(asked, motion.waypoints, plan, motion.corridor)
-    return {**named, "reachable": True, **block}
+    reached = {**named, "reachable": True, **block}
+    return {**reached, "reason_code": reason_code(reached)}
+
+
+def reason_code(plan: Mapping[str, Any]) -> str | None:
+    """Why a plan is neither clear nor contact: out of reach is definite, the rest open.
+
+    Args:
+        plan: Its part of a result: `verdict` and `reachable`.
+    """
+    if not plan["reachable"]:
+        return "out_of_reach"
+    return "undecided" if plan["verdict"] == "unknown" else None
 
 
 def _swapped(robot: "Robot", plan: "NeedlePlan") -> str:

@@ -192,7 +192,7 @@ def _weigher(
     """What adds the probability of contact to a result, if it is asked for."""
     if args.uncertainty is None:
         return lambda document: None
-    from borecheck.commands.answers import counted
+    from borecheck.commands.answers import counted, reason_code
     from borecheck.commands.uncertainty import add_probabilities, prepared
 
     uncertainty = prepared(args, robot)
@@ -202,7 +202,10 @@ def _weigher(
         if "plans" in document:
             verdicts = [plan["verdict"] for plan in document["plans"]]
             total = len(verdicts) + len(document["not_checked"])
-            document["reason"] = counted(verdicts, total)
+            beyond = sum(not plan["reachable"] for plan in document["plans"])
+            for plan in document["plans"]:
+                plan["reason_code"] = reason_code(plan)
+            document["reason"] = counted(verdicts, total, beyond)
             if document["verdict"] == "clear":
                 document["reason"] += f", the risk of {args.risk:g} kept"
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from borecheck.robots.model import RobotModel
+    from borecheck.robots.model import FreeJoint, RobotModel
     from borecheck.robots.robot import Robot
     from borecheck.robots.scene import Scene
     from borecheck.robots.urdf.reach import Roots
@@ -204,7 +204,7 @@ def configuration(robot: "Robot", text: str) -> list[float]:
             f"values in the order {names}"
         )
     return [
-        parse_joint_value(part, revolute=joint.is_angle)
+        _joint_value(part, joint)
         for part, joint in zip(parts, model.free_joints, strict=True)
     ]
 
@@ -240,5 +240,14 @@ def _by_name(model: "RobotModel", parts: Sequence[str]) -> list[float]:
         if name not in model.joint_names:
             raise UnknownNameError("joint", name, model.joint_names)
         joint = model.free_joints[model.joint_names.index(name)]
-        values[name] = parse_joint_value(text, revolute=joint.is_angle)
+        values[name] = _joint_value(text, joint)
     return [float(value) for value in model.configuration(values)]
+
+
+def _joint_value(text: str, joint: "FreeJoint") -> float:
+    """A position in SI; what is wrong with it names the joint."""
+    try:
+        return parse_joint_value(text, revolute=joint.is_angle)
+    except UsageError as error:
+        kind = "turns" if joint.is_angle else "slides"
+        raise UsageError(f"--q: joint {joint.name} {kind}, but {error}") from None

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.commands.options.validate import add_arguments, given_by, refuse_nonsense
+from borecheck.core.text import printable
 from borecheck.core.whole_files import check_writable, write_whole
 from borecheck.errors import UsageError
 from borecheck.validation import baseline, many
@@ -44,7 +45,10 @@ def run(args: argparse.Namespace) -> int:
     if not args.files:
         raise UsageError("no file given; name URDF or xacro files, folders or -")
     refuse_nonsense(args)
-    files, given = many.expand_files(args.files), given_by(args)
+    skipped: list[str] = []
+    files, given = many.expand_files(args.files, skipped), given_by(args)
+    if skipped:
+        _tell_skipped(skipped)
     _remembered.cache_clear()  # files may have changed since another run
     _named.cache_clear()
     settings = {file: settings_of(file, args.config) for file in files}
@@ -81,6 +85,15 @@ def run(args: argparse.Namespace) -> int:
     fail_on = {f: _fail_on(args, found) for f, found in settings.items()}
     _write(args, results, options[files[0]].profile, fail_on)
     return _status(results, fail_on)
+
+
+def _tell_skipped(folders: Sequence[str]) -> None:
+    """How many folders were not looked into; the first says which kind."""
+    count = f"{len(folders)} folder{'s' if len(folders) > 1 else ''}"
+    sys.stderr.write(
+        f"borecheck: {count} not looked into, hidden or of installed packages, "
+        f"such as {printable(folders[0])}; name one to validate it\n"
+    )
 
 
 def _baselines(

@@ -14,8 +14,10 @@ from borecheck.contact.margin import OFFSET
 from borecheck.contact.settings import Settings
 from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, Answer, Closest, Verdict
 from borecheck.motion.halves import (
+    about_itself,
     about_obstacles,
     answers_of,
+    only_itself,
     searched,
     without_itself,
 )
@@ -157,7 +159,9 @@ def check_motion(
         return seen
     problem = path_problem(robot, scene, chosen.margin.size, corridor)
     if seen.verdict == CONTACT and seen.obstacles.contact:
-        return _within_margin(problem, points, scene, seen, tolerance)
+        met = _within_margin(problem, points, scene, seen, tolerance)
+        known = turns is None or long_way
+        return _own(problem, points, met, link_of(robot)) if known else met
     if seen.verdict == CONTACT and turns is not None and not long_way:
         return seen
     if seen.verdict == CONTACT:
@@ -236,6 +240,17 @@ def _around(
     proven = about_obstacles(found, link_of)
     obstacles = _both(seen.obstacles, proven, seen.poses, "obstacles")
     return replace(seen, least=least, obstacles=obstacles)
+
+
+def _own(
+    problem: PathProblem, points: Array, seen: MotionVerdict, links: Mapping[str, str]
+) -> MotionVerdict:
+    """Samples that touch an obstacle: the robot itself is asked alone."""
+    if not seen.itself.unknown:
+        return seen
+    own = search(only_itself(problem), points) if problem.self_pairs else None
+    proven = about_itself(problem, own, links)
+    return replace(seen, itself=_both(seen.itself, proven, seen.poses, "itself"))
 
 
 def _within_margin(

@@ -76,7 +76,7 @@ def searched(
     """
     if found.verdict == CLEAR or not problem.self_pairs:
         return found, None
-    itself = search(replace(problem, obstacles=(), passages=(), doubt=None), points)
+    itself = search(only_itself(problem), points)
     if itself.verdict == CLEAR:
         return found, itself
     return search(without_itself(problem), points), itself
@@ -89,16 +89,17 @@ def answers_of(
     link_of: Mapping[str, str],
 ) -> Answers:
     """Two verdicts of `searched` as answers."""
-    obstacles = about_obstacles(around, link_of)
-    if itself is None:
-        return obstacles, Answer(CLEAR, _count(problem))
-    pairs = {(link_of[a], link_of[b]) for a, b in _touching(itself)}
-    return obstacles, _answer(itself, pairs)
+    return about_obstacles(around, link_of), about_itself(problem, itself, link_of)
 
 
 def without_itself(problem: PathProblem) -> PathProblem:
     """The same, but for what the robot does to itself."""
     return replace(problem, self_pairs=())
+
+
+def only_itself(problem: PathProblem) -> PathProblem:
+    """The same, but for what stands around the robot."""
+    return replace(problem, obstacles=(), passages=(), doubt=None)
 
 
 def _count(problem: PathProblem) -> str:
@@ -111,6 +112,16 @@ def _count(problem: PathProblem) -> str:
 def about_obstacles(found: PathVerdict, link_of: Mapping[str, str]) -> Answer:
     """A search's verdict, with the links that it found in contact with obstacles."""
     return _answer(found, {(link_of[part], other) for part, other in _touching(found)})
+
+
+def about_itself(
+    problem: PathProblem, found: PathVerdict | None, link_of: Mapping[str, str]
+) -> Answer:
+    """A search's verdict about the robot alone; None where all of it is clear."""
+    if found is None:
+        return Answer(CLEAR, _count(problem))
+    pairs = {(link_of[a], link_of[b]) for a, b in _touching(found)}
+    return _answer(found, pairs)
 
 
 def _answer(found: PathVerdict, pairs: Iterable[tuple[str, str]]) -> Answer:

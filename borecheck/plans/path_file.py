@@ -97,7 +97,7 @@ def _columns(
     sliding: Collection[str],
 ) -> dict[str, tuple[int, float]]:
     """Place and factor to SI of every joint."""
-    problem = separator_problem(header)
+    problem = separator_problem(header) or _no_header(header, joint_names)
     if problem is not None:
         raise PlanError(path, problem)
     turning = [name for name in joint_names if name not in sliding]
@@ -112,6 +112,16 @@ def _columns(
     if missing:
         raise PlanError(path, f"has no column for {', '.join(missing)}")
     return columns
+
+
+def _no_header(header: list[str], joint_names: Sequence[str]) -> str | None:
+    """One line if the first row is no header of joints, but numbers or a plan's."""
+    expected = f"expected a header with the joints: {','.join(joint_names)}"
+    if all(_NUMBER.fullmatch(cell) for cell in header):
+        return f"has no header; {expected}, then a waypoint a line"
+    if {"entry_x", "target_x"} <= {cell.partition("_mm")[0] for cell in header}:
+        return f"holds needle plans (entry, target): give it as --plan; {expected}"
+    return None
 
 
 def _number(path: Path, line: int, name: str, cell: str) -> float:

@@ -19,6 +19,9 @@ from borecheck.report.probability_words import lines as probability_lines
 # As many contact pairs as fit on a screen; the JSON holds all of them.
 SHOWN = 10
 
+# Said of a plan that no configuration reaches: definite, not open.
+OUT_OF_REACH = "OUT OF REACH"
+
 
 def check_text(document: Mapping[str, Any], *, explain: bool = False) -> list[Block]:
     """The result of `check` in words: what was checked, then the verdict.
@@ -33,7 +36,7 @@ def check_text(document: Mapping[str, Any], *, explain: bool = False) -> list[Bl
     lines += probability_lines(document)
     lines += allowed_lines(document, explain)
     lines += _warning_lines(document)
-    lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
+    lines += _not_covered(document["not_modelled"], explain)
     return lines
 
 
@@ -42,20 +45,22 @@ def _plans_text(document: Mapping[str, Any], explain: bool) -> list[Block]:
     asked = any("uncertainty" in plan for plan in document["plans"])
     likely = ("probability of contact", "risk") if asked else ()
     # what the robot does to itself hides nothing of the obstacles
-    halves = [plan.get("obstacles", plan)["verdict"] for plan in document["plans"]]
-    differ = halves != [plan["verdict"] for plan in document["plans"]]
+    plans = sorted(document["plans"], key=_urgency)
+    halves = [plan.get("obstacles", plan)["verdict"] for plan in plans]
+    differ = halves != [plan["verdict"] for plan in plans]
     apart = ("obstacles",) if differ else ()
     rows: list[tuple[str, ...]] = [
         ("plan", "verdict", *apart, "least clearance", *likely, "reason")
     ]
-    for plan, half in zip(document["plans"], halves, strict=True):
+    for plan, half in zip(plans, halves, strict=True):
         least = plan.get("clearance_m")
+        beyond = not plan.get("reachable", True)
         touches = plan["verdict"] == "contact" and least is None
         rows.append(
             (
                 plan["name"],
-                MARKS[plan["verdict"]],
-                *([MARKS[half]] if differ else ()),
+                OUT_OF_REACH if beyond else MARKS[plan["verdict"]],
+                *([OUT_OF_REACH if beyond else MARKS[half]] if differ else ()),
                 "none" if touches else at_least(least),
                 *(probability_cells(plan) if asked else ()),
                 plan["reason"],
@@ -73,8 +78,24 @@ def _plans_text(document: Mapping[str, Any], explain: bool) -> list[Block]:
     lines += ["", Table(rows), "", *_certificate_table(document)]
     lines += allowed_lines(document, explain)
     lines += _warning_lines(document)
-    lines += ["not covered: " + phrase for phrase in document["not_modelled"]]
+    lines += _not_covered(document["not_modelled"], explain)
     return lines
+
+
+def _urgency(plan: Mapping[str, Any]) -> tuple[int, float]:
+    """Contact first, then what is open, out of reach, clear; least clearance first."""
+    order = {"contact": 0, "unknown": 1, "clear": 3}[plan["verdict"]]
+    least = plan.get("clearance_m")
+    if not plan.get("reachable", True):
+        return 2, 0.0
+    return order, -1.0 if least is None else least
+
+
+def _not_covered(phrases: Sequence[str], explain: bool) -> list[str]:
+    """What no verdict covers, in one line, or a line each."""
+    if explain or not phrases:
+        return [f"not covered: {phrase}" for phrase in phrases]
+    return [f"not covered: {'; '.join(phrases)}"]
 
 
 def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
@@ -182,7 +203,7 @@ def compare_text(document: Mapping[str, Any], *, explain: bool = False) -> list[
                 f"{summary['seconds']:.3f}",
             )
         )
-    lines: list[Block] = [Table(rows)]
+    lines: list[Block] = [_missed_line(summaries, poses), Table(rows)]
     lines += ["", *_cause_lines(document["disagreements"])]
     lines += _replay_lines(document)
     lines += case_lines(document)
@@ -193,6 +214,22 @@ def compare_text(document: Mapping[str, Any], *, explain: bool = False) -> list[
     lines += allowed_lines(document, explain)
     lines += _warning_lines(document)
     return lines
+
+
+def _missed_line(summaries: Mapping[str, Any], poses: int) -> str:
+    """The headline: poses in contact that a checker calls free of it.
+
+    The judge is `exact`, or without it whatever another checker found.
+    """
+    found = {name: set(one["contact_poses"]) for name, one in summaries.items()}
+    judge = found.get("exact", set().union(*found.values()))
+    by = "exact" if "exact" in found else "any checker"
+    missed = {name: len(judge - seen) for name, seen in found.items()}
+    told = [f"{name} missed {count}" for name, count in missed.items() if count]
+    more = {name: len(seen - judge) for name, seen in found.items()}
+    told += [f"{name} found {count} more" for name, count in more.items() if count]
+    said = ", ".join(told) if told else "no checker missed any"
+    return f"{len(judge)} of {poses} poses in contact by {by}: {said}"
 
 
 def _cause_lines(disagreements: Sequence[Mapping[str, Any]]) -> list[str]:

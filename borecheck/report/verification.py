@@ -8,6 +8,8 @@ from borecheck.verify.verification import Verification
 
 # Of a hash, enough to tell two robots apart on a line.
 HASH_SHOWN = 12
+# Of things that are wrong in the same way, so many are named.
+NAMED = 3
 # Of a corridor.
 ENDS = ("entry", "target")
 
@@ -74,7 +76,7 @@ def verification_text(document: Mapping[str, Any]) -> Iterator[str]:
 
 def _one(block: Mapping[str, Any], named: str) -> Iterator[str]:
     if not block["accepted"]:
-        first, *more = block["problems"]
+        first, *more = merged(block["problems"])
         yield f"REJECTED{named}: {first}"
         yield from (f"  {problem}" for problem in more)
         return
@@ -88,6 +90,25 @@ def _one(block: Mapping[str, Any], named: str) -> Iterator[str]:
     yield f"  not asked: {count} pairs of parts, neighbours in the chain or one body"
     yield f"  bound to: {bound}" if bound else "  not bound to any file"
     yield from (f"  not known: {text}" for text in block["not_known"])
+
+
+def merged(problems: Sequence[str]) -> list[str]:
+    """Problems as lines; those that say the same of several things are one."""
+    kinds: dict[str, list[str]] = {}
+    for problem in problems:
+        subject, colon, said = problem.partition(": ")
+        kinds.setdefault(said if colon else problem, []).append(subject)
+    return [
+        _of_several(subjects, said) if subjects != [said] else said
+        for said, subjects in kinds.items()
+    ]
+
+
+def _of_several(subjects: Sequence[str], said: str) -> str:
+    """The first of the things, how many more, and what is said of each."""
+    more = len(subjects) - NAMED
+    named = "; ".join(subjects[:NAMED]) + (f" and {more} more" if more > 0 else "")
+    return f"{named}: {said}"
 
 
 def _subject(stated: Mapping[str, Any]) -> dict[str, Any]:

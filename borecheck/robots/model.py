@@ -6,6 +6,7 @@ joints are free joints of the URDF in the file's order, mimic joints are expande
 here, and what is returned is a copy.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -25,6 +26,8 @@ Array = NDArray[np.float64]
 
 # A limit typed in degrees and one computed in radians differ in the last digits.
 LIMIT_TOLERANCE = 1e-9
+# So many times a joint's largest position are no slip, but degrees or millimetres.
+FAR_BEYOND = 4.0
 
 
 @dataclass(frozen=True)
@@ -149,7 +152,7 @@ class RobotModel:
                 unit = "m" if joint.type == "prismatic" else "rad"
                 broken.append(
                     f"{joint.name} = {value:.6g} {unit} is outside "
-                    f"[{lower:.6g}, {upper:.6g}]"
+                    f"[{lower:.6g}, {upper:.6g}]{_other_unit(joint, value)}"
                 )
         if broken:
             raise JointLimitError(f"{self.name}: " + "; ".join(broken))
@@ -226,6 +229,22 @@ def _limits(joint: Joint) -> tuple[float, float]:
     if joint.type == "continuous" or joint.limits is None:
         return -np.inf, np.inf
     return joint.limits.lower, joint.limits.upper
+
+
+def _other_unit(joint: Joint, value: float) -> str:
+    """A hint where a value far beyond its limits lies within them in another unit."""
+    lower, upper = _limits(joint)
+    slides = joint.type == "prismatic"
+    other = 1e-3 * value if slides else math.radians(value)
+    far = abs(value) > FAR_BEYOND * max(abs(lower), abs(upper))
+    if not (far and lower <= other <= upper):
+        return ""
+    unit, bare, short = (
+        ("millimetres", "metres", "mm") if slides else ("degrees", "radians", "deg")
+    )
+    return (
+        f" (are these {unit}? Numbers are {bare}: {other:.6g}, or '{value:g}{short}')"
+    )
 
 
 def _with_free_joints_fixed(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:

@@ -40,6 +40,11 @@ def robot_path(name: str) -> Path:
         raise UsageError(f"{name} is a scanner, not a robot: {_ORDER}")
     if _MESH.fullmatch(name):
         raise UsageError(f"{name} is a mesh, not a robot: {_ORDER}")
+    if path.suffix.lower() == ".srdf":
+        raise UsageError(
+            f"{name} is an SRDF, not a robot: the URDF is the robot, the SRDF goes "
+            f"with it as --srdf {name}"
+        )
     if not exists(path) and not path.suffix and path.name == name:
         raise UnknownNameError("robot", name, installed_names("robots"))
     return path

@@ -76,6 +76,9 @@ def fix_files(files: Mapping[str, Options], *, write: bool) -> int:
             continue
         edits = [e for e in edits_of(robot) if not _is_silent(robot, e, suppressions)]
         after = fixed_text(before, robot, edits)
+        if after == before:
+            nothing = "nothing that can be mended without guessing"
+            sys.stderr.write(f"{printable(file)}: {nothing}\n")
         sys.stdout.write(printable(diff(path, after), keep="\t\r\n"))
         if after != before:
             texts[path] = after

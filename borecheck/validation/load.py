@@ -17,6 +17,12 @@ from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.registry import find_check
 from borecheck.validation.suppress import Suppression, suppressions_in, suppressions_of
 
+_MESH = "is a mesh, not a URDF file: name the URDF that uses it, its meshes are checked"
+# What is given in place of the robot file that it belongs to.
+_OTHER_KINDS = {suffix: _MESH for suffix in (".stl", ".obj", ".ply", ".dae")} | {
+    ".srdf": "is an SRDF, not a URDF file: name the URDF, the SRDF beside it is checked"
+}
+
 Loaded = tuple[CheckedUrdf | Finding, tuple[Suppression, ...]]
 
 
@@ -26,6 +32,9 @@ def load_file(path: Path, options: Options) -> Loaded:
         raw = read_bytes(path, options.roots)
     except UrdfError as error:
         return _stopped("D101", error, str(path), options), ()
+    other = _OTHER_KINDS.get(path.suffix.lower())
+    if other is not None:
+        return _stopped("D101", UrdfError(path, other), str(path), options), ()
     if is_xacro(path):
         return _load_xacro(path, raw, options)
     return _load(raw, str(path), path.parent, options)

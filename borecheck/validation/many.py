@@ -26,23 +26,31 @@ if TYPE_CHECKING:
 SUFFIXES = (".urdf", ".urdf.xacro")
 PARALLEL_FROM = 4  # fewer files are done before another process has started
 NAMED = 10  # so many unfinished files are listed
+# Folders that hold other people's files: installed packages, histories, caches.
+_NOT_OURS = ("venv", "env", "node_modules", "site-packages", "__pycache__")
 
 Check = Callable[[str], list[Finding]]
 
 
-def expand_files(words: Sequence[str]) -> list[str]:
+def expand_files(words: Sequence[str], skipped: list[str] | None = None) -> list[str]:
     """The files that names, folders and patterns mean, each once, in order.
 
     Folders are searched for .urdf and .urdf.xacro without following links; "-" is the
     standard input. A folder that cannot be read stands for itself, to be reported.
+    Hidden folders below, and those of installed packages, are not looked into.
+
+    Args:
+        words: What was typed.
+        skipped: The folders that were not looked into are added.
 
     Raises:
         UsageError: A folder or pattern that holds no such file.
     """
     found: list[str] = []
+    left_out: list[str] = [] if skipped is None else skipped
     for word in words:
         if word != "-" and _is_folder(word):
-            found += _in_folder(word)
+            found += _in_folder(word, left_out)
         elif word != "-" and set(word) & set("*?["):
             found += _by_pattern(word)
         else:
@@ -54,20 +62,29 @@ def _is_folder(word: str) -> bool:
     return os.path.isdir(word)  # noqa: PTH112  False, no error, if it may not be asked
 
 
-def _in_folder(word: str) -> list[str]:
+def _in_folder(word: str, skipped: list[str]) -> list[str]:
     found: list[str] = []
+    before = len(skipped)
 
     def note(error: OSError) -> None:
         found.append(str(error.filename))
 
     for folder, below, files in os.walk(word, onerror=note):
-        below.sort()
+        skipped += [str(Path(folder) / b) for b in sorted(below) if _is_not_ours(b)]
+        below[:] = sorted(name for name in below if not _is_not_ours(name))
         for name in sorted(files):
             if name.endswith(SUFFIXES):
                 found.append(str(Path(folder) / name))
     if not found:
-        raise UsageError(f"{word}: holds no file that ends in {' or '.join(SUFFIXES)}")
+        count = len(skipped) - before
+        but = f" ({count} hidden or package folders not looked into)" if count else ""
+        suffixes = " or ".join(SUFFIXES)
+        raise UsageError(f"{word}: holds no file that ends in {suffixes}{but}")
     return found
+
+
+def _is_not_ours(name: str) -> bool:
+    return name.startswith(".") or name in _NOT_OURS
 
 
 def _by_pattern(word: str) -> list[str]:

@@ -155,7 +155,7 @@ def test_the_command_asks_for_the_way(capsys, turn, tmp_path):
     assert "--long-way" in out
     status, out, _ = run(capsys, *words, "--long-way")
     assert status == 0
-    assert "not covered: that the controller turns continuous joint spin" in out
+    assert "; that the controller turns continuous joint spin" in out
 
 
 def test_a_plan_s_continuous_joint_goes_the_short_way(tmp_path):

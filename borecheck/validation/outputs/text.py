@@ -13,6 +13,7 @@ from borecheck.validation.findings import Finding, Severity
 
 _COLOURS = {Severity.ERROR: "31", Severity.WARNING: "33", Severity.INFO: "36"}
 _NOT_READ = "D101"  # of a file that is not there nothing can be shown or explained
+_NAME = re.compile(r"'[^']*'")  # of an element, in a message
 _LONGEST = 160  # characters of a source line that are shown
 
 
@@ -37,11 +38,11 @@ def as_text(
         source: Whether to show the line of the source.
     """
     excerpts = _Sources() if source else None
-    blocks = [
-        _block(finding, excerpts, colour, explain)
-        for _, findings in results
-        for finding in findings
-    ]
+    blocks = []
+    for _, findings in results:
+        for same in _of_one_kind(findings) if explain else ([f] for f in findings):
+            blocks.append(_block(same[0], excerpts, colour, explain))
+            blocks += [_rest(same)] if len(same) > 1 else []
     return "".join(block + "\n" for block in [*blocks, summary(results)])
 
 
@@ -62,6 +63,33 @@ def _block(
     if explain:
         lines += _explanation(finding)
     return "\n".join(lines)
+
+
+def _of_one_kind(findings: Sequence[Finding]) -> list[list[Finding]]:
+    """Findings together that say the same of different elements, in order.
+
+    What differs in more than names stays apart: a number may be what matters.
+    """
+    kinds: dict[object, list[Finding]] = {}
+    for finding in findings:
+        said = _NAME.sub("''", finding.message)
+        if said == finding.message:
+            said = f"{said} {finding.element}"
+        key = (finding.file, finding.code, finding.severity, said, finding.hint)
+        kinds.setdefault(key, []).append(finding)
+    return list(kinds.values())
+
+
+def _rest(same: Sequence[Finding]) -> str:
+    """The line for all findings of a kind but the first."""
+    named = ", ".join(
+        f"{_named(finding)} (line {finding.line})" for finding in same[1:]
+    )
+    return f"    and {len(same) - 1} more {same[0].code}: {named}"
+
+
+def _named(finding: Finding) -> str:
+    return printable(", ".join(_NAME.findall(finding.message)))
 
 
 def shown_file(file: str) -> str:
