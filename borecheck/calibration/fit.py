@@ -120,6 +120,7 @@ def as_document(
         "data": data.file,
         "world_link": arm.world_link,
         "tip_link": arm.tip_link,
+        "not_identified": dict(arm.held),
         "parameters": {
             name: {
                 "value": best.parameters[name],

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from borecheck.motion.least_clearance import Tolerance
     from borecheck.motion.samples import Proof
     from borecheck.plans.corridor import Corridor
+    from borecheck.plans.joint_path import JointPath
     from borecheck.plans.needle_plan import NeedlePlan
     from borecheck.robots.robot import Robot
     from borecheck.robots.scene import Scene
@@ -78,6 +79,18 @@ def _path(asked: Asked, waypoints: "NDArray[np.float64]") -> dict[str, Any]:
     begins = asked.args.corridor != LAST_LEG
     notes = _corridor_notes(corridor, asked.scene, begins)
     return {**_motion(asked, waypoints, None, corridor), "notes": notes}
+
+
+def add_times(document: dict[str, Any], path: "JointPath") -> None:
+    """Adds when a timed path is where, and what is not used of its file."""
+    from borecheck.plans.joint_path import BETWEEN_WAYPOINTS
+
+    if path.notes:
+        document["notes"] = [*path.notes, *document.get("notes", ())]
+        document["not_modelled"] = [*document["not_modelled"], BETWEEN_WAYPOINTS]
+    times = path.times_at(document["path"]["fractions"])
+    if times is not None:
+        document["path"]["times_s"] = times
 
 
 def _corridor_notes(corridor: "Corridor", scene: "Scene", begins: bool) -> list[str]:

@@ -120,6 +120,12 @@ def _subject(args: argparse.Namespace) -> "Subject":
     return read_subject(args.robot, given, roots_of(args), args.world, args.tip, target)
 
 
+def _tell_of_held(subject: "Subject") -> None:
+    """Which joints no calibration here is about, each in a line."""
+    for joint, stand in subject.arm.held.items():
+        say(f"borecheck: prismatic joint {joint} is not identified: held at {stand} m")
+
+
 def _simulate(args: argparse.Namespace) -> None:
     import numpy as np
 
@@ -163,8 +169,7 @@ def _fit(args: argparse.Namespace) -> int:
     subject = _subject(args)
     refuse_outputs(args, "out", "urdf")
     data = read_measurements(args.data, subject.arm)
-    for joint, stand in subject.arm.held.items():
-        say(f"borecheck: prismatic joint {joint} is not identified: held at {stand} m")
+    _tell_of_held(subject)
     found = fit(
         subject.arm, data, refined=args.refine, start=args.start, robust=args.robust
     )
@@ -199,8 +204,10 @@ def _observe(args: argparse.Namespace) -> None:
     from borecheck.calibration.plan import judged, observation_text
 
     subject = _subject(args)
+    _tell_of_held(subject)
     q = read_joint_values(args.data, subject.arm)
     seen = judged(subject.arm, subject.setup, q, parse_length(args.sigma))
+    seen["not_identified"] = dict(subject.arm.held)
     if args.format == "json":
         sys.stdout.write(json.dumps(seen, indent=2) + "\n")
     else:
@@ -211,6 +218,7 @@ def _plan(args: argparse.Namespace) -> None:
     from borecheck.calibration.plan import as_csv, plan
 
     subject = _subject(args)
+    _tell_of_held(subject)
     refuse_outputs(args, "out")
     if not 10 <= args.samples <= args.candidates:
         raise UsageError("--samples must lie between 10 and --candidates")

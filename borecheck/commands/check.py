@@ -36,7 +36,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--q", metavar="Q", help="one configuration: home, name=value,..., or values"
     )
     what.add_argument(
-        "--path", type=Path, metavar="CSV", help="joint waypoints, straight between"
+        "--path",
+        type=Path,
+        metavar="FILE",
+        help="joint waypoints, straight between: CSV, or a JointTrajectory of ROS "
+        "(YAML, JSON)",
     )
     what.add_argument(
         "--plan", type=Path, metavar="FILE", help="needle plans, CSV or JSON"
@@ -106,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
     from borecheck.commands.warm_up import warm_up
 
     tell_of_compiling()
-    from borecheck.commands.answers import Asked
+    from borecheck.commands.answers import Asked, add_times
     from borecheck.commands.exit_status import ExitStatus, of_verdict
     from borecheck.contact.checked import checked
     from borecheck.contact.settings import settings
@@ -126,7 +130,8 @@ def run(args: argparse.Namespace) -> int:
         link_clearance=wants_display(args),
     )
     robot, scene = common.load(args), common.load_surroundings(args)
-    waypoints = None if args.path is None else common.path_waypoints(robot, args.path)
+    path = None if args.path is None else common.path_to_follow(robot, args.path)
+    waypoints = None if path is None else path.waypoints
     corridor = None if waypoints is None else corridor_of(args, robot, waypoints)
     warm_up(chosen)
     weighed = _weigher(args, robot, scene)
@@ -142,6 +147,8 @@ def run(args: argparse.Namespace) -> int:
     }
     asked = Asked(args, robot, scene, chosen, plans, waypoints, corridor)
     document |= asked.answer()
+    if path is not None:
+        add_times(document, path)
     weighed(document)
     document |= allowed_block(robot, document["itself"])
     complete = not files or _certify(document, robot, scene, files, asked.proofs)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from borecheck.plans.joint_path import JointPath
     from borecheck.robots.model import FreeJoint, RobotModel
     from borecheck.robots.robot import Robot
     from borecheck.robots.scene import Scene
@@ -209,27 +210,40 @@ def configuration(robot: "Robot", text: str) -> list[float]:
     ]
 
 
+def joint_path(robot: "Robot", path: Path) -> "JointPath":
+    """A path file's waypoints and times; what of it is not used is said.
+
+    Raises:
+        PlanError: The file cannot be used.
+    """
+    from borecheck.commands.progress import say
+    from borecheck.plans.path_file import read_joint_path
+
+    joints = robot.model.free_joints
+    sliding = [joint.name for joint in joints if not joint.is_angle]
+    found = read_joint_path(path, robot.model.joint_names, sliding)
+    for note in found.notes:
+        say(f"borecheck: {path}: {note}")
+    return found
+
+
 def waypoints(robot: "Robot", path: Path) -> "NDArray[np.float64]":
     """The waypoints of a path file, (k, joints), [m] and [rad].
 
     Raises:
         PlanError: The file cannot be used.
     """
-    from borecheck.plans.path_file import read_path
-
-    joints = robot.model.free_joints
-    sliding = [joint.name for joint in joints if not joint.is_angle]
-    return read_path(path, robot.model.joint_names, sliding)
+    return joint_path(robot, path).waypoints
 
 
-def path_waypoints(robot: "Robot", path: Path) -> "NDArray[np.float64]":
-    """The waypoints of a path that goes somewhere.
+def path_to_follow(robot: "Robot", path: Path) -> "JointPath":
+    """A path that goes somewhere.
 
     Raises:
         PlanError: The file cannot be used, or has one waypoint.
     """
-    found = waypoints(robot, path)
-    if len(found) == 1:
+    found = joint_path(robot, path)
+    if len(found.waypoints) == 1:
         raise PlanError(path, "has one waypoint; a path needs two (a pose: --q)")
     return found
 

@@ -1,6 +1,8 @@
 """A joint path from a CSV file: joint names in the header, a waypoint a line.
 
 Radians and metres; another unit stands in the column's name: `elbow_deg`, `slide_mm`.
+A column `time` (or `time_s`, `time_ms`) says when each is passed. Trajectories of ROS
+are read by `trajectory_file`.
 """
 
 import csv
@@ -19,6 +21,8 @@ from borecheck.core.csv_columns import (
     unit_columns,
 )
 from borecheck.errors import PlanError, UnknownNameError
+from borecheck.plans.joint_path import JointPath, first_not_after, time_note
+from borecheck.plans.trajectory_file import SUFFIXES, read_trajectory
 
 MAX_BYTES = 50_000_000
 
@@ -26,14 +30,26 @@ MAX_BYTES = 50_000_000
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
+# Columns of times and their factor to seconds; a joint of that name comes first.
+TIMES = {"time": 1.0, "time_s": 1.0, "time_ms": 1e-3}
+
+
 def read_path(
     path: Path, joint_names: Sequence[str], sliding: Collection[str] = ()
 ) -> NDArray[np.float64]:
-    """Waypoints (k, n) in the order of the joints, [m] and [rad].
+    """The waypoints of `read_joint_path`, (k, n), [m] and [rad]."""
+    return read_joint_path(path, joint_names, sliding).waypoints
+
+
+def read_joint_path(
+    path: Path, joint_names: Sequence[str], sliding: Collection[str] = ()
+) -> JointPath:
+    """Waypoints (k, n) in the order of the joints, [m] and [rad], and their times.
 
     Args:
-        path: CSV; every joint is a column, in any order; NAME_deg, NAME_mm ... state
-            another unit than SI, for all joints of a kind or for none.
+        path: A trajectory of ROS (.yaml, .yml, .json), or CSV: every joint is a column,
+            in any order; NAME_deg, NAME_mm ... state another unit than SI, for all
+            joints of a kind or for none.
         joint_names: The robot's free joints.
         sliding: Which of them slide; the others turn.
 
@@ -41,23 +57,48 @@ def read_path(
         PlanError: The file cannot be read, a column is missing, unknown or doubled, or
             a cell is no finite number; one line with file and line number.
     """
+    if path.suffix.lower() in SUFFIXES:
+        return read_trajectory(path, joint_names)
     rows = _rows(path)
     if not rows:
         raise PlanError(path, "is empty")
     header = [cell.strip() for cell in rows[0][1]]
-    columns = _columns(path, header, joint_names, sliding)
+    timed = _time_column(path, header, joint_names)
+    named = [cell for k, cell in enumerate(header) if k != timed]
+    columns = _columns(path, named, joint_names, sliding)
     if len(rows) < 2:
         raise PlanError(path, "has a header but no waypoint")
     waypoints = np.zeros((len(rows) - 1, len(joint_names)))
+    times = []
     for k, (line, row) in enumerate(rows[1:]):
         if len(row) != len(header):
             problem = f"has {len(row)} cells, the header has {len(header)}"
             raise PlanError(path, problem, f"line {line}")
+        if timed is not None:
+            column = header[timed]
+            times.append(TIMES[column] * _number(path, line, column, row.pop(timed)))
         for joint, name in enumerate(joint_names):
             index, factor = columns[name]
-            value = _number(path, line, header[index], row[index])
+            value = _number(path, line, named[index], row[index])
             waypoints[k, joint] = factor * value
-    return waypoints
+    if timed is None:
+        return JointPath(waypoints)
+    late = first_not_after(times)
+    if late is not None:
+        problem = f"its time {times[late]:g} s is not after {times[late - 1]:g} s"
+        raise PlanError(path, problem, f"line {rows[late + 1][0]}")
+    return JointPath(waypoints, np.array(times), (time_note(np.array(times)),))
+
+
+def _time_column(
+    path: Path, header: Sequence[str], joint_names: Sequence[str]
+) -> int | None:
+    """Where the times are, if there is such a column."""
+    taken = {*joint_names}
+    places = [k for k, c in enumerate(header) if c in TIMES and c not in taken]
+    if len(places) > 1:
+        raise PlanError(path, f"has {len(places)} columns of times: keep one")
+    return places[0] if places else None
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

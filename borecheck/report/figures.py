@@ -4,10 +4,11 @@ Every text in them is escaped; colours come from the page's style sheet, so that
 follow light and dark. No scripts needed; the page's script adds the cursor.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import ceil, floor, log10
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup, escape
 
 from borecheck.report.motion_words import at_least
@@ -42,7 +43,7 @@ def clearance_plot(
     tallest = [y for curve in (whole, *links.values()) for _, y in curve]
     top = nice_ceiling(max([*tallest, 1.25e3 * margin_m, 1.0]))
     axes = Axes((0.0, 100.0), (0.0, top), HEIGHT)
-    parts = [axes.grid("along the path [%]", "clearance [mm]", 20.0)]
+    parts = [axes.grid(_along(path), "clearance [mm]", 20.0, _clock(path))]
     parts += [_stretches(path["intervals"], axes)]
     if margin_m > 0.0:
         name = f"margin {1e3 * margin_m:g} mm"
@@ -62,6 +63,23 @@ def clearance_plot(
     return svg("".join(parts), HEIGHT, title, f'data-plot="{motion}"') + _legend(
         links, margin_m
     )
+
+
+def _along(path: Mapping[str, Any]) -> str:
+    """The name of the lower axis: where it is, and when, if the path has times."""
+    return f"along the path [%]{', at time [s]' if 'times_s' in path else ''}"
+
+
+def _clock(path: Mapping[str, Any]) -> Callable[[float], str]:
+    """What stands below the plot at so many per cent of the path."""
+    if "times_s" not in path:
+        return "{:g}".format
+    fractions, times = path["fractions"], path["times_s"]
+
+    def written(percent: float) -> str:
+        return f"{percent:g} | {np.interp(percent / 100.0, fractions, times):.4g}"
+
+    return written
 
 
 class Axes:
@@ -84,8 +102,14 @@ class Axes:
         span = self._height - TOP - BOTTOM
         return TOP + (high - value) / (high - low) * span
 
-    def grid(self, x_name: str, y_name: str, x_step: float) -> str:
-        """Lines, numbers and names of the axes."""
+    def grid(
+        self,
+        x_name: str,
+        y_name: str,
+        x_step: float,
+        below: Callable[[float], str] = "{:g}".format,
+    ) -> str:
+        """Lines, numbers and names of the axes; `below` writes a number of x."""
         low, high = self._ys
         parts = []
         step = nice_step((high - low) / 4.0)
@@ -102,7 +126,7 @@ class Axes:
         for k in range(ceil(low / x_step), floor(high / x_step) + 1):
             parts.append(
                 f'<text class="tick" x="{self.x(k * x_step):.1f}" y="{bottom + 32}" '
-                f'text-anchor="middle">{k * x_step:g}</text>'
+                f'text-anchor="middle">{below(k * x_step)}</text>'
             )
         middle = 0.5 * (TOP + bottom)
         parts.append(

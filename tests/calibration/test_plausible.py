@@ -1,5 +1,6 @@
 """A fit of wrong data says what is odd; a fit of honest data says nothing."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -104,6 +105,26 @@ def test_no_urdf_is_written_of_an_odd_fit(data, saying, tmp_path, capsys):
     assert saying in printed.out
     assert "not written, because the fit is odd" in printed.err
     assert not out.exists()
+
+
+def test_of_each_prismatic_joint_it_is_said_that_it_is_not_identified(capsys, tmp_path):
+    data = str(tmp_path / "d.csv")
+    words = ["calibrate", "simulate", "zerobot", "--samples", "20", "--out", data]
+    assert main(words) == 0
+    capsys.readouterr()
+    out = tmp_path / "fit.json"
+    for more in (
+        ["plan", "zerobot", "--samples", "10", "--out", str(tmp_path / "p.csv")],
+        ["observe", "zerobot", data],
+        ["fit", "zerobot", data, "--out", str(out)],
+    ):
+        main(["calibrate", *more])
+        err = capsys.readouterr().err
+        for joint in ("q1", "q2", "q3"):
+            line = f"borecheck: prismatic joint {joint} is not identified: held at"
+            assert err.count(line) == 1
+    held = json.loads(out.read_text())["not_identified"]
+    assert held.keys() == {"q1", "q2", "q3"}
 
 
 def test_prismatic_joints_are_named(capsys, tmp_path):

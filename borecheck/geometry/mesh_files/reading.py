@@ -40,6 +40,9 @@ __all__ = [
 
 _PARSERS = {".stl": parse_stl, ".obj": parse_obj, ".ply": parse_ply}
 _COLLADA = ".dae"  # its parser is imported only when such a file comes
+FORMATS = (*_PARSERS, _COLLADA)
+# Formats of whole scenes, with transforms, units and up axes of their own.
+_CONVERTED = (".glb", ".gltf", ".3mf")
 # A damaged exponent makes coordinates like 1e38; products of three of them leave the
 # range in which the contact tests are correct. No scanner room is a million km wide.
 _LARGEST_M = 1e9
@@ -146,14 +149,27 @@ def zero_area_triangles(mesh: TriangleMesh) -> NDArray[np.int64]:
     return np.flatnonzero(area_is_zero).astype(np.int64)
 
 
+def unread_format(suffix: str) -> str | None:
+    """Why files that end so are not read, and what to do; None where they are.
+
+    Args:
+        suffix: In lower case, with its point.
+    """
+    if suffix in FORMATS:
+        return None
+    problem = f"no mesh format is known by {suffix!r} ({', '.join(FORMATS)})"
+    if suffix in _CONVERTED:
+        how = f"trimesh.load({f'x{suffix}'!r}, force='mesh').export('x.stl')"
+        problem += f": convert it, for example by {how}, and state its unit"
+    return problem
+
+
 def _parse(path: Path) -> RawMesh:
     suffix = path.suffix.lower()
-    known = (*_PARSERS, _COLLADA)
     data = _content(path)
-    if suffix not in known:
-        raise MeshError(
-            path, f"no mesh format is known by {suffix!r} ({', '.join(known)})"
-        )
+    problem = unread_format(suffix)
+    if problem is not None:
+        raise MeshError(path, problem)
     if suffix == _COLLADA:
         from borecheck.geometry.mesh_files.collada import parse_collada
 

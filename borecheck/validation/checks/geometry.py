@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from pathlib import PurePosixPath, PureWindowsPath
 
+from borecheck.geometry.mesh_files.reading import unread_format
 from borecheck.robots.urdf.draft_elements import DraftShape
 from borecheck.robots.urdf.rules import shapes as rules
 from borecheck.validation.checks.ruled import problems
@@ -10,8 +11,6 @@ from borecheck.validation.findings import Severity
 from borecheck.validation.reading.checked_urdf import CheckedUrdf
 from borecheck.validation.reading.mesh_reading import resolution_of
 from borecheck.validation.registry import Problem, register
-
-_SUFFIXES = (".stl", ".obj", ".ply", ".dae")
 
 
 def shapes(robot: CheckedUrdf) -> Iterator[DraftShape]:
@@ -207,8 +206,9 @@ def mesh_format(robot: CheckedUrdf) -> Iterator[Problem]:
     """
     for shape in shapes(robot):
         suffix = PurePosixPath(shape.filename or "x.stl").suffix.strip().lower()
-        if suffix not in _SUFFIXES:
-            message = f"{shape.filename!r}: {suffix or 'no suffix'} is not read"
+        problem = unread_format(suffix)
+        if problem is not None:
+            message = f"{shape.filename!r}: {problem}"
             level = where_checked(robot, shape)
             yield Problem(shape.shape, message, "filename", level)
 

@@ -14,7 +14,13 @@ from borecheck.robots.urdf.schema import (
 )
 from borecheck.robots.urdf.source import children, elements, tag_of
 
-_OTHERS = {"sdf": " (this is an SDF file)", "mujoco": " (this is an MJCF file)"}
+# What other simulators' files are, and how to come by a URDF.
+_OTHERS = {
+    "sdf": " (this is an SDF file of Gazebo: give the URDF or xacro it was made from, "
+    "or convert it, in ROS 2 by the package sdformat_urdf)",
+    "mujoco": " (this is an MJCF file of MuJoCo: give the URDF it was made from, or "
+    "convert it, in Python by the package mjcf-urdf-simple-converter)",
+}
 _LEFT_OVER = re.compile(r"\$\{[^}]*\}|\$\([^)]*\)")
 
 
