@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from borecheck.geometry.tree.pair import Pair as Pair
     from borecheck.motion.binding import verify as verify
     from borecheck.motion.check import check_path as check_path
+    from borecheck.planning.route import route as route
     from borecheck.robots.robot import load_robot as load_robot
     from borecheck.robots.scene import load_scene as load_scene
     from borecheck.validation.run import validate_file as validate  # noqa: F401
@@ -42,6 +43,7 @@ _HOMES = {
     "load_robot": "borecheck.robots.robot:load_robot",
     "load_scene": "borecheck.robots.scene:load_scene",
     "queries": "borecheck.contact.queries:queries",
+    "route": "borecheck.planning.route:route",
     "validate": "borecheck.validation.run:validate_file",
     "verify": "borecheck.motion.binding:verify",
 }

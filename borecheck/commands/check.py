@@ -100,8 +100,13 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(args: argparse.Namespace) -> int:
-    """Checks, prints, and returns 0 clear, 1 contact, 2 unknown."""
+def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
+    """Checks, prints, and returns 0 clear, 1 contact, 2 unknown.
+
+    Args:
+        args: The options.
+        more: What else belongs to the result: how its path was found.
+    """
     check_outputs(args)
     refuse_stray_corridor(args)
     plans = _plans_asked(args)
@@ -144,6 +149,7 @@ def run(args: argparse.Namespace) -> int:
         "scene": scene_block(scene),
         "checked": about.to_json(),
         "warnings": [*robot.warnings, *scene.warnings, *about.warnings],
+        **(more or {}),
     }
     asked = Asked(args, robot, scene, chosen, plans, waypoints, corridor)
     document |= asked.answer()

@@ -185,7 +185,7 @@ def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
     return found
 
 
-def configuration(robot: "Robot", text: str) -> list[float]:
+def configuration(robot: "Robot", text: str, option: str = "--q") -> list[float]:
     """Q from `home`, from `name=value,...`, or from values in the joints' order.
 
     Raises:
@@ -199,10 +199,10 @@ def configuration(robot: "Robot", text: str) -> list[float]:
     if all("=" in part for part in parts):
         return _by_name(model, parts)
     if any("=" in part for part in parts) or len(parts) != len(model.free_joints):
-        names = ", ".join(model.joint_names)
+        names, count = ", ".join(model.joint_names), len(model.free_joints)
         raise UsageError(
-            f"--q {text!r}: give home, name=value,..., or {len(model.free_joints)} "
-            f"values in the order {names}"
+            f"{option} {text!r}: give home, name=value,..., or {count} values in the "
+            f"order {names}"
         )
     return [
         _joint_value(part, joint)

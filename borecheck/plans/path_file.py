@@ -20,6 +20,7 @@ from borecheck.core.csv_columns import (
     separator_problem,
     unit_columns,
 )
+from borecheck.core.whole_files import write_whole
 from borecheck.errors import PlanError, UnknownNameError
 from borecheck.plans.joint_path import JointPath, first_not_after, time_note
 from borecheck.plans.trajectory_file import SUFFIXES, read_trajectory
@@ -99,6 +100,15 @@ def _time_column(
     if len(places) > 1:
         raise PlanError(path, f"has {len(places)} columns of times: keep one")
     return places[0] if places else None
+
+
+def write_path(
+    path: Path, joint_names: Sequence[str], waypoints: NDArray[np.float64]
+) -> None:
+    """Writes waypoints (k, n) as a file that `read_path` reads back bit for bit."""
+    lines = [",".join(joint_names)]
+    lines += [",".join(repr(float(value)) for value in row) for row in waypoints]
+    write_whole(path, "\n".join(lines) + "\n")
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

@@ -15,6 +15,7 @@ from borecheck.report.checked_words import lines as checked_lines
 from borecheck.report.motion_words import at_least, motion_lines
 from borecheck.report.probability_words import cells as probability_cells
 from borecheck.report.probability_words import lines as probability_lines
+from borecheck.report.route_words import route_lines
 
 # As many contact pairs as fit on a screen; the JSON holds all of them.
 SHOWN = 10
@@ -33,6 +34,7 @@ def check_text(document: Mapping[str, Any], *, explain: bool = False) -> list[Bl
     if "plans" in document:
         return _plans_text(document, explain)
     lines: list[Block] = [*checked_lines(document), *_verdict_lines(document)]
+    lines += route_lines(document)
     lines += probability_lines(document)
     lines += allowed_lines(document, explain)
     lines += _warning_lines(document)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from borecheck.plans.corridor import Corridor
+    from borecheck.plans.needle_plan import NeedlePlan
     from borecheck.robots.robot import Robot
 
 PLAN_FILES = (".csv", ".json")
@@ -110,6 +111,20 @@ def _points(text: str) -> "list[NDArray[np.float64]]":
 
 
 def _from_plan(text: str) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
+    plan = plan_named(text, "--corridor")
+    return plan.entry, plan.target
+
+
+def plan_named(text: str, option: str) -> "NeedlePlan":
+    """The plan of FILE:NAME, or the only one of FILE.
+
+    Args:
+        text: What was given.
+        option: To which option, for the message.
+
+    Raises:
+        UsageError, UnknownNameError, PlanError: There is no such plan, or several.
+    """
     from borecheck.errors import UnknownNameError
     from borecheck.plans.plan_file import read_plans
 
@@ -119,10 +134,9 @@ def _from_plan(text: str) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
     plans = {plan.name: plan for plan in read_plans(file)}
     if not name and len(plans) > 1:
         raise UsageError(
-            f"--corridor {text}: it holds {len(plans)} plans; say which: {file}:"
+            f"{option} {text}: it holds {len(plans)} plans; say which: {file}:"
             f"{next(iter(plans))}"
         )
     if name and name not in plans:
         raise UnknownNameError("plan", name, plans)
-    plan = plans[name] if name else next(iter(plans.values()))
-    return plan.entry, plan.target
+    return plans[name] if name else next(iter(plans.values()))

@@ -1,0 +1,120 @@
+"""A certified way from where the robot stands to where it is wanted."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from borecheck.contact.check import check
+from borecheck.contact.queries import queries
+from borecheck.contact.verdict import CLEAR, CONTACT
+from borecheck.errors import UsageError
+from borecheck.motion.robot_problem import path_problem
+from borecheck.motion.samples import checked_waypoints
+from borecheck.planning.connect import connect
+from borecheck.planning.edges import Edges
+from borecheck.planning.metric import metric_of, sampled_box
+from borecheck.planning.shorten import shorten
+from borecheck.robots.robot import Robot
+from borecheck.robots.scene import Scene
+
+Array = NDArray[np.float64]
+
+# Edges asked for before it is given up: about a minute of a small arm in a bore.
+MOST_EDGES = 20_000
+
+FOUND, NONE_FOUND, END_TOUCHES = "found", "none found", "an end is not clear"
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """A way, or why there is none to show.
+
+    Attributes:
+        status: "found"; "none found": nothing is said about whether there is one; or
+            "an end is not clear".
+        reason: What was found, in words.
+        waypoints: Configurations (k, joints), straight between; None without a way.
+        length: Of the way: the largest motion of any point of the robot, summed, [m].
+        edges: How many were asked for.
+        seed: The seed; the same seed, robot and scene give the same way.
+    """
+
+    status: str
+    reason: str
+    waypoints: Array | None
+    length: float
+    edges: int
+    seed: int
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a way."""
+        return self.waypoints is not None
+
+    def __repr__(self) -> str:
+        return f"<Route {self.status}: {self.reason}>"
+
+
+def route(
+    robot: Robot,
+    scene: Scene,
+    start: ArrayLike,
+    goal: ArrayLike,
+    margin: float = 0.0,
+    *,
+    seed: int = 0,
+    most_edges: int = MOST_EDGES,
+    progress: Callable[[int, int], None] | None = None,
+) -> Route:
+    """A way on which every instant is proven clear, by two growing trees.
+
+    Needle and patient have no corridor here: the way ends before the skin, where a
+    plan's own motion begins.
+
+    Args:
+        robot: From `load_robot`.
+        scene: From `load_scene`.
+        start: Where it stands, (joints,), [m] and [rad].
+        goal: Where it is wanted.
+        margin: Clearance to obstacles that is kept everywhere, [m].
+        seed: Of the random configurations; the answer depends on it, not on time.
+        most_edges: Edges asked for at most.
+        progress: Called with edges asked for, and their limit.
+
+    Raises:
+        UsageError: A margin that is none, an obstacle of guessed unit, wrong lengths.
+        JointLimitError: An end beyond a joint limit.
+    """
+    if most_edges < 1:
+        raise UsageError(f"at least one edge must be asked for, not {most_edges}")
+    ends = checked_waypoints(robot, np.array([start, goal], dtype=np.float64))
+    for name, q in zip(("start", "goal"), ends, strict=True):
+        verdict = check(robot, scene, q, margin=margin)
+        if verdict.verdict != CLEAR:
+            what = "touches" if verdict.verdict == CONTACT else "is not proven clear"
+            reason = f"the {name} {what}: {verdict.reason}"
+            return Route(END_TOUCHES, reason, None, 0.0, 0, seed)
+    problem = path_problem(robot, scene, margin)
+    edges = Edges(problem, queries(robot, scene, margin))
+    metric = metric_of(problem, robot.model)
+    rng = np.random.default_rng(seed)
+    low, high = sampled_box(robot.model, ends[0])
+    way = connect(
+        ends[0],
+        ends[1],
+        edges,
+        metric,
+        lambda: rng.uniform(low, high),
+        most_edges,
+        progress,
+    )
+    if way is None:
+        reason = f"no way found in {edges.asked} edges; there may be one"
+        return Route(NONE_FOUND, reason, None, 0.0, edges.asked, seed)
+    way = shorten(way, edges, metric, rng)
+    way.setflags(write=False)
+    length = metric.length(way)
+    reason = f"{len(way) - 1} edges, {1e3 * length:.0f} mm at most for any point"
+    return Route(FOUND, reason, way, length, edges.asked, seed)

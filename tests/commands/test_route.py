@@ -1,0 +1,111 @@
+"""`borecheck route`: the way is written, checked as written, and bound to its ends."""
+
+import json
+
+import jsonschema
+import numpy as np
+import pytest
+
+import borecheck as bc
+from borecheck.cli import main
+from borecheck.plans.path_file import read_path, write_path
+from tests.places import PROJECT
+
+PLANS = PROJECT / "urdf" / "zerobot" / "examples" / "plans.csv"
+STAND = ("zerobot", "ct_gantry")
+
+
+def run(capsys, *words):
+    status = main([str(word) for word in words])
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def schema(name):
+    return json.loads((PROJECT / f"borecheck/schemas/{name}.schema.json").read_text())
+
+
+def test_a_way_to_a_plan_is_written_certified_and_verified(capsys, tmp_path):
+    path, certificate = tmp_path / "way.csv", tmp_path / "way.json"
+    words = ["route", *STAND, "--to", f"{PLANS}:oblique", "--margin", "5mm"]
+    files = ["--out", path, "--certificate", certificate]
+    status, out, _ = run(capsys, *words, *files)
+    assert status == 0, out
+    assert "CLEAR: every instant is proven clear" in out
+    assert f"path: {path}" in out
+    bound = ["--robot", STAND[0], "--scene", STAND[1], "--margin", "5mm"]
+    status, out, _ = run(capsys, "verify", certificate, *bound, "--path", path)
+    assert status == 0, out
+    # it ends where the plan's own motion begins
+    robot = bc.load_robot("zerobot")
+    from borecheck.plans.plan_file import read_plans
+    from borecheck.plans.plan_motion import plan_motion
+
+    plan = next(p for p in read_plans(PLANS) if p.name == "oblique")
+    way = read_path(path, robot.model.joint_names)
+    np.testing.assert_array_equal(way[0], robot.home)
+    np.testing.assert_array_equal(way[-1], plan_motion(robot, plan).waypoints[0])
+
+
+def test_the_result_is_a_checks_with_how_it_was_found(capsys, tmp_path):
+    words = ["route", *STAND, "--to", "q1=0.05,q5=0.1", "--from", "home"]
+    path, result = tmp_path / "way.csv", tmp_path / "r.json"
+    more = ["--format", "json", "--out", path, "--result", result]
+    status, out, _ = run(capsys, *words, *more)
+    document = json.loads(out)
+    assert status == 0
+    jsonschema.Draft202012Validator(schema("check")).validate(document)
+    assert document["route"]["status"] == "found"
+    assert document["route"]["path"] == str(path)
+    robot = bc.load_robot("zerobot")
+    way = read_path(path, robot.model.joint_names)
+    assert document["route"]["waypoints"] == way.tolist()
+    assert json.loads(result.read_text())["route"] == document["route"]
+    first = path.read_bytes()
+    run(capsys, *words, "--out", path)
+    assert path.read_bytes() == first
+
+
+def test_without_a_file_the_way_is_in_the_result_alone(capsys):
+    words = ["route", *STAND, "--to", "q1=0.05", "--format", "json"]
+    status, out, _ = run(capsys, *words)
+    assert status == 0
+    document = json.loads(out)
+    assert document["route"]["path"] is None
+    assert len(document["route"]["waypoints"]) >= 2
+
+
+def test_an_end_in_contact_is_named_and_nothing_written(capsys, tmp_path):
+    path = tmp_path / "way.csv"
+    words = ["route", *STAND, "--to", "q1=0.25,q3=0.25", "--out", path]
+    status, out, _ = run(capsys, *words)
+    assert status == 1
+    assert out.startswith("CONTACT: no way: the goal touches: arm with gantry")
+    assert not path.exists()
+    status, out, _ = run(capsys, *words, "--format", "json")
+    jsonschema.Draft202012Validator(schema("route")).validate(json.loads(out))
+
+
+@pytest.mark.parametrize(
+    ("more", "saying"),
+    [
+        (["--to", "nowhere"], "--to 'nowhere': give home, name=value,..., or 6 values"),
+        (["--to", f"{PLANS}"], "it holds 6 plans; say which"),
+        (["--to", f"{PLANS}:oblik"], "unknown plan 'oblik'; did you mean 'oblique'?"),
+        (["--to", "home", "--certificate", "c.json"], "--certificate needs --out"),
+        (["--to", "home", "--edges", "0"], "at least one edge must be asked for"),
+        (["--to", "q1=9"], "q1"),
+    ],
+)
+def test_what_is_no_route_is_one_line(capsys, more, saying):
+    status, out, err = run(capsys, "route", *STAND, *more)
+    assert status == 2
+    assert out == ""
+    assert saying in err
+    assert len([line for line in err.splitlines() if "error" in line]) == 1
+
+
+def test_a_path_file_is_read_back_bit_for_bit(tmp_path):
+    way = np.random.default_rng(0).normal(size=(5, 3)) * [1e-9, 1.0, 1e6]
+    write_path(tmp_path / "p.csv", ("a", "b", "c"), way)
+    np.testing.assert_array_equal(read_path(tmp_path / "p.csv", ("a", "b", "c")), way)
