@@ -5,7 +5,6 @@ of one mesh within triangles of the other, and a large triangle has its edges el
 """
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ import borecheck as bc
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.plans.corridor import SLACK, Corridor
+from borecheck.robots.needle import Needle
 from borecheck.robots.scene import Obstacle, Scene
 
 ROD, LENGTH = 0.02, 0.4
@@ -101,8 +101,7 @@ def test_self_pairs_are_asked_again(crossing):
 
 @pytest.fixture(scope="module")
 def needle(rod):
-    description = SimpleNamespace(needle_link="rod", not_modelled=())
-    return replace(rod, description=description)
+    return replace(rod, stated_needle=Needle("rod"))
 
 
 def skin(size=1.0):
