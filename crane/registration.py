@@ -53,7 +53,7 @@ class Registration:
 
     def inverse(self) -> "Registration":
         """T_a_b, its errors seen from a."""
-        back: Array = np.linalg.inv(self.T)
+        back = np.asarray(np.linalg.inv(self.T), dtype=np.float64)
         carried = adjoint(back)
         return Registration(
             back, carried @ self.covariance @ carried.T, self.fre, self.fle
