@@ -116,7 +116,8 @@ def _with_case(
     if words[0] not in TAKING_CASES or not {"-h", "--help"}.isdisjoint(words):
         return words, None
     loaded: Any = import_module(commands[words[0]][0])
-    return with_case(words, words[0], loaded.add_arguments)
+    bare = _Parser(prog=f"borecheck {words[0]}")
+    return with_case(words, bare, loaded.add_arguments)
 
 
 def _tell(text: str) -> None:

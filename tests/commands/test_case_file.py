@@ -51,7 +51,7 @@ def parsed(words):
     """What the command is given, without what tells a case from typed words."""
     commands = cli._all_commands()
     given, use = cli._with_case(words, commands)
-    found = vars(cli._parser(commands, words[0]).parse_args(given))
+    found = vars(cli._parser(commands, words[0])[0].parse_args(given))
     return {name: value for name, value in found.items() if name != "run"}, use
 
 
@@ -329,6 +329,22 @@ def test_two_cases_or_none_of_what_is_needed(case, capsys):
     assert "names no scanner" in run(capsys, "check", "arm.urdf", "case.toml")[2]
     err = run(capsys, "check", "case.toml", "other.toml")[2]
     assert "two case files: case.toml and other.toml" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--samples x", "argument --samples: invalid int value: 'x'"),
+        ("--q home --path path.csv", "not allowed with argument"),
+        ("--margn 5mm", "--margin"),
+        ("--margin", "expected one argument"),
+    ],
+)
+def test_what_is_typed_wrong_beside_a_case_is_one_line(case, capsys, words, said):
+    case(FULL)
+    status, out, err = run(capsys, "check", "case.toml", *words.split())
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert said in err
 
 
 def test_a_case_is_never_written_over(case, capsys):

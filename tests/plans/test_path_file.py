@@ -55,7 +55,7 @@ def test_any_line_end_blank_lines_and_byte_order_mark(tmp_path, end):
         ("", "is empty"),
         ("\n\n", "is empty"),
         ("q1,q2\n", "no waypoint"),
-        ("1,2\n3,4\n", "unknown joint '1'"),
+        ("1,2\n3,4\n", "has no header"),
         ("q1\n1\n", "no column for q2"),
         ("q1,q2,q3\n1,2,3\n", "unknown joint 'q3'"),
         ("q1,q1,q2\n1,2,3\n", "twice"),

@@ -63,13 +63,13 @@ class _Typed:
 
 
 def with_case(
-    words: Sequence[str], command: str, add_arguments: AddArguments
+    words: Sequence[str], bare: argparse.ArgumentParser, add_arguments: AddArguments
 ) -> tuple[list[str], CaseUse | None]:
     """The words with those of the case file that one of them names, if one does.
 
     Args:
         words: The command and what follows it.
-        command: Its name, for errors.
+        bare: A parser without arguments yet, which tells of errors in its own way.
         add_arguments: What fills the command's parser.
 
     Raises:
@@ -77,7 +77,7 @@ def with_case(
         InputError: The case cannot be read.
         CaseError: It holds what it may not.
     """
-    typed = _typed(words, command, add_arguments)
+    typed = _typed(words, bare, add_arguments)
     files = [place for place in typed.words if place.lower().endswith(SUFFIX)]
     if not files:
         return list(words), None
@@ -87,9 +87,10 @@ def with_case(
     return _joined(list(words), case, files[0], typed)
 
 
-def _typed(words: Sequence[str], command: str, add_arguments: AddArguments) -> _Typed:
+def _typed(
+    words: Sequence[str], parser: argparse.ArgumentParser, add_arguments: AddArguments
+) -> _Typed:
     """What is on the command line, whatever is missing there."""
-    parser = argparse.ArgumentParser(prog=f"borecheck {command}")
     add_arguments(parser)
     actions = list(parser._actions)
     for action in actions:
