@@ -89,6 +89,10 @@ EQUIVALENT = {
     "borecheck/contact/pose_batch.py PoseBatch.held: 2 -> 3": (
         "a slice of two entries up to the third holds both"
     ),
+    "borecheck/contact/pose_batch.py PoseBatch.__init__: "
+    "np.array(robot.self_pairs, np.int64) -> np.array(robot.self_pairs)": (
+        "pairs of links are made whole numbers where they are taken, of none, too"
+    ),
     "borecheck/contact/skipped.py pairs_without: 1 -> 2": (
         "numpy takes any negative length of a shape for the one to be found"
     ),
@@ -106,6 +110,10 @@ EQUIVALENT = {
     ),
     "borecheck/motion/search.py _examined_by_distance: 1 -> 2": (
         "numpy takes any negative length of a shape for the one to be found"
+    ),
+    "borecheck/motion/by_distance.py _displacement: "
+    "kind[j] == FIXED or change[j] == 0.0 -> kind[j] == FIXED": (
+        "a joint that does not change is passed over: it would add nothing"
     ),
     "borecheck/motion/round_shapes.py _joined: 0.0 -> 1.0": (
         "the first stretch begins at 0, so that its start is among the ends anyway"
@@ -131,6 +139,9 @@ EQUIVALENT = {
     ),
     "borecheck/verify/distance.py _edges: 1 -> 2": (
         "as above: an edge to the corner before, the other way round"
+    ),
+    "borecheck/verify/distance.py _normals: 0 -> 1": (
+        "the second side drawn from the other end of the first: the same normal"
     ),
     "borecheck/verify/distance.py : 32 -> 64": (
         "how many triangles are in a group: answers are those of all pairs anyway"
@@ -172,6 +183,9 @@ EQUIVALENT = {
     "borecheck/verify/solid.py is_embedded: i < j -> i > j": (
         "each pair is looked at once either way, and both of its orders are asked"
     ),
+    "borecheck/verify/solid.py _meets_neighbour: 3 -> 4": (
+        "of one and the same triangle a corner is left as what lies opposite: it meets"
+    ),
     "borecheck/verify/binding.py _numbers: first.size and "
     "(not (np.abs(first - second) <= SAME).all()) -> "
     "not (np.abs(first - second) <= SAME).all()": ("of no numbers all are the same"),
@@ -186,6 +200,9 @@ EQUIVALENT = {
     "plan is not None": ("where one of them is None alone, that was told before"),
     "borecheck/verify/binding.py _names: plan is not None and other is not None -> "
     "other is not None": ("where one of them is None alone, that was told before"),
+    "borecheck/plans/skin.py distance_to: 1 -> 2": (
+        "a point as a triangle of three like corners: any of them may be named twice"
+    ),
     "borecheck/plans/corridor.py _is_in: "
     "inward < -tolerance * length * float(np.linalg.norm(q - p)) -> "
     "inward <= -tolerance * length * float(np.linalg.norm(q - p))": (

@@ -1,14 +1,19 @@
 """Solids in solids, pose by pose: the batch says what single checks say."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import borecheck as bc
+from borecheck.contact import solid_pairs
 from borecheck.contact.many_poses import as_configurations, refuse_beyond_limits
 from borecheck.contact.pose_batch import prepared
+from borecheck.contact.skipped import pairs_without
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.tree.holding import WITNESSES
 from borecheck.robots.scene import Obstacle, Scene
 
 LINK = (
@@ -130,3 +135,34 @@ def test_what_was_packed_is_packed_once(robot):
     for q, T_parts in zip(QS, placed, strict=True):
         for part, T in zip(robot.parts, T_parts, strict=True):
             np.testing.assert_allclose(T, robot.placements(q)[part.link], atol=1e-12)
+
+
+@pytest.mark.parametrize(("unseen", "corners"), [(False, WITNESSES), (True, 1)])
+def test_one_corner_tells_where_surfaces_may_meet_unseen(monkeypatch, unseen, corners):
+    """Else as many as are kept must be within, before a ray is asked."""
+    asked = []
+    monkeypatch.setattr(solid_pairs, "holding", lambda *given: asked.append(given))
+    entries = SimpleNamespace(entries="entries")
+    links, others = (SimpleNamespace(arrays=name) for name in ("links", "others"))
+    placements = np.zeros((2, 3, 4, 4))
+    for standing in (None, "standing"):
+        moving = SimpleNamespace(T_world_others=standing, pairs=[0] * 5, book=entries)
+        pairs = solid_pairs.SolidPairs(moving, links, others)
+        codes = pairs.codes(placements, unseen=unseen)
+        assert codes.shape == (2, 5)
+        book, *both, first, second, own, count, _, settled, room = asked[-1]
+        assert (book, both) == ("entries", ["links", "others"])
+        assert first is placements
+        assert second is (placements if standing is None else standing)
+        assert (own, count) == (standing is None, corners)
+        assert not settled.any()
+        assert room is codes
+
+
+def test_pairs_that_are_left_are_whole_numbers_even_of_none(robot):
+    for itself in (False, True):
+        for pairs in pairs_without(robot, scene_of(), (), itself):
+            assert pairs.dtype == np.int64
+            assert pairs.shape[1] == 2
+    assert len(pairs_without(robot, scene_of(), (), False)[1]) == 0
+    assert len(pairs_without(robot, scene_of(), (), True)[1]) == len(robot.self_pairs)

@@ -8,12 +8,14 @@ import pytest
 
 from borecheck.contact import check as module
 from borecheck.contact import compare as comparing
+from borecheck.contact import pose_kernel as kernel
 from borecheck.contact.checked import _telling_arguments
 from borecheck.contact.decision import Findings
 from borecheck.contact.settings import settings
 from borecheck.contact.skipped import pairs_without
 from borecheck.contact.verdict import Answer, Containment, TrianglePair
 from borecheck.errors import UnknownNameError, UsageError
+from borecheck.geometry.tree.addresses import PAIR_COUNT
 
 TOUCH = TrianglePair("a", "b", 0, 0)
 
@@ -293,3 +295,80 @@ def test_progress_is_told_after_every_pose(monkeypatch):
     assert told == [(1, 3), (2, 3), (3, 3)]
     assert found.poses == ((0.0,),) * 3
     assert not found.interrupted
+
+
+ANSWERS_PARTS = (("hand 1", "hand"), ("hand 2", "hand"), ("arm", "arm"))
+
+
+def test_answers_name_links_once_whatever_of_their_parts_touch(monkeypatch):
+    """Of the robot itself as of obstacles, which may be called like a part."""
+    around = Answer("contact", "", (), (("hand 2", "wall"), ("arm", "hand 1")))
+    itself = Answer("contact", "", (), (("hand 2", "arm"), ("hand 1", "arm")))
+    monkeypatch.setattr(module, "about_obstacles", lambda *given: around)
+    monkeypatch.setattr(module, "about_itself", lambda *given: itself)
+    parts = [
+        SimpleNamespace(mesh=SimpleNamespace(name=name), link=link)
+        for name, link in ANSWERS_PARTS
+    ]
+    pose = SimpleNamespace(
+        robot=SimpleNamespace(parts=parts, unexamined=(), self_pairs=()),
+        chosen=SimpleNamespace(checker="exact", margin=None),
+        scene=SimpleNamespace(doubt=None),
+        around=None,
+        within=None,
+    )
+    obstacles, own = module._answers(pose, None)
+    assert obstacles.pairs == (("arm", "hand 1"), ("hand", "wall"))
+    assert own.pairs == (("hand", "arm"),)
+
+
+def asked_poses(monkeypatch, hits, corners):
+    """`ask_poses` of poses with these first pairs; which solids it asked about."""
+    count = len(hits)
+    names = ("parent", "kind", "source", "factor", "offset", "parts", "frames")
+    joints = SimpleNamespace(**{name: np.arange(2) for name in names})
+    pairs = {12: SimpleNamespace(book={PAIR_COUNT: 7}, standing="standing"), 14: "own"}
+    monkeypatch.setattr(kernel, "_open_chain", lambda book: (None, joints))
+    monkeypatch.setattr(kernel, "_open_pairs", lambda book, k: pairs[k])
+    monkeypatch.setattr(kernel, "_open_solid", lambda book, k: k)
+    monkeypatch.setattr(kernel, "place_many", lambda *given: None)
+    monkeypatch.setattr(kernel, "_is_within", lambda qs, i, limits: hits[i] != "beyond")
+    monkeypatch.setattr(kernel, "_first_pair", lambda a, b, placed, i, code: hits[i])
+    asked = []
+
+    def ask_solids(of, links, others, placed, standing, moving, *rest):
+        known, settled, row = rest[0], rest[1], rest[2]
+        own = standing is placed
+        asked.append((of is pairs[12], links, others, own, moving, known, row))
+        assert settled.tolist() == [hit != kernel.NO_PAIR for hit in hits]
+        return of == "own"
+
+    monkeypatch.setattr(kernel, "_ask_solids", ask_solids)
+    states, which = np.full(count, 9, np.int8), np.full(count, 9)
+    told = kernel.ask_poses.py_func(
+        None, np.zeros((count, 2)), 0, corners, states, which
+    )
+    return told, asked, states.tolist(), which.tolist()
+
+
+def test_poses_are_asked_in_turn_and_solids_where_nothing_touches(monkeypatch):
+    free, touches = kernel.FREE, kernel.TOUCHES
+    hits = [kernel.NO_PAIR, 3, "beyond", kernel.NO_PAIR]
+    told, asked, states, which = asked_poses(monkeypatch, hits, 0)
+    assert told == (-1, False, 0, 1)
+    assert asked == []
+    assert states == [free, touches, kernel.BEYOND_LIMITS, free]
+    assert which == [kernel.NO_PAIR, 3, kernel.NO_PAIR, kernel.NO_PAIR]
+    told, asked, *_ = asked_poses(monkeypatch, hits, 2)
+    assert told == (-1, True, 0, 1)
+    assert asked == [
+        (True, 16, 20, False, False, 2, 0),
+        (False, 16, 16, True, True, 2, 7),
+    ]
+
+
+def test_a_pose_that_is_not_rigid_is_told_at_once(monkeypatch):
+    hits = ["beyond", kernel._NOT_RIGID, kernel.NO_PAIR]
+    told, asked, states, _ = asked_poses(monkeypatch, hits, 2)
+    assert told == (1, False, 0, 0)
+    assert (asked, states[2]) == ([], 9)

@@ -18,7 +18,7 @@ from borecheck.contact.verdict import (
     TrianglePair,
     Verdict,
 )
-from borecheck.geometry.mesh.primitives import TOLERANCE, box
+from borecheck.geometry.mesh.primitives import TOLERANCE, box, sphere
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.motion.certify import write_path_certificate
 from borecheck.robots.scene import Obstacle, Scene
@@ -360,6 +360,12 @@ def test_about_itself_the_obstacles_keep_their_answer():
     assert (verdict.closest, verdict.clearance_m) == (None, None)
 
 
+def test_the_qualifiers_are_those_of_the_worse_answer():
+    around, verdict = both_ways(False, qualifiers=("of another question",))
+    assert around.qualifiers == ("of another question",)
+    assert verdict.qualifiers == around.itself.qualifiers == ("q",)
+
+
 def test_nearest_points_that_are_known_stay():
     for own in (False, True):
         _, verdict = both_ways(own, closest=nearest())
@@ -440,3 +446,17 @@ def test_robot_and_scene_within_have_every_inner_mesh(tmp_path):
     ball = replace(scene.obstacles[0], mesh=robot.parts[0].mesh)
     _, others = round_shapes.within(flat, replace(scene, obstacles=(ball,)))
     assert others.obstacles[0].mesh is robot.parts[0].mesh.inner
+
+
+def test_polyhedra_of_a_pair_are_too_large_by_both_of_their_bands(tmp_path):
+    """As `queries` allow for it: with obstacles alone, in the order of the pairs."""
+    robot = robot_of(tmp_path, "sphere", 0.05, Rotation.identity())
+    scene = wall_at(0.5)
+    ball = Obstacle("ball", "other", sphere("ball", 0.07), "")
+    both = replace(scene, obstacles=(*scene.obstacles, ball))
+    own, other = robot.parts[0].mesh.excess, ball.mesh.excess
+    assert own > 0.0
+    assert other > 0.0
+    asked = bc.queries(robot, both)
+    np.testing.assert_allclose(asked._excess, [own, own + other])
+    assert bc.queries(robot, replace(scene, obstacles=()))._excess.shape == (0,)

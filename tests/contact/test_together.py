@@ -7,6 +7,7 @@ import pytest
 
 import borecheck as bc
 from borecheck.contact.check import check_with
+from borecheck.contact.decision import Findings
 from borecheck.contact.settings import settings
 from borecheck.contact.together import Together, is_usual
 from borecheck.geometry.mesh.primitives import box, sphere
@@ -134,3 +135,16 @@ def test_the_long_road_is_long_to_its_end(monkeypatch):
     assert found.verdict == "clear"
     with pytest.raises(AssertionError, match="quick"):
         check_with(robot, scene, robot.home, settings("paper"))
+
+
+def test_what_is_found_is_added_to_what_was_found():
+    robot, scene = bc.load_robot("zerobot"), bc.load_scene("ct_gantry")
+    q = robot.model.random_configurations(np.random.default_rng(3), 1)[0]
+    pose = Together.of(robot, scene, robot.placements(q))
+    around, within = Findings(), Findings()
+    pose.examine("exact", around, within)
+    once = [(f.total, f.examined, len(f.contacts)) for f in (around, within)]
+    pose.examine("exact", around, within)
+    twice = [(f.total, f.examined, len(f.contacts)) for f in (around, within)]
+    assert min(once)[0] > 0
+    assert twice == [tuple(2 * n for n in row) for row in once]

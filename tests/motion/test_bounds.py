@@ -102,6 +102,19 @@ def test_a_lone_hinge_needs_all_of_the_chord_bound() -> None:
     assert slack == pytest.approx(0.5 * (1 - np.cos(0.01)), rel=1e-4)
 
 
+def test_of_many_changes_each_has_its_own_bounds() -> None:
+    chain = _chain(kind=[TURNS, SLIDES], parent=[-1, 0], source=[0, 1])
+    way = route(chain, WORLD, 1)
+    gain = gains(chain, way, 0.5, np.array([0.3, 0.2]))
+    changes = np.array([[0.02, 0.1], [-0.3, 0.0], [0.0, 0.2]])
+    for bound in (lambda c: displacement(way, gain, c),
+                  lambda c: chord_slack(chain, way, gain, c)):  # fmt: skip
+        np.testing.assert_allclose(bound(changes), [bound(c) for c in changes])
+    # by hand: the slide moves along while the hinge turns
+    hand = 0.7 * 0.02 * 0.02 / 8.0 + 0.1 * 2.0 * 0.02 / 8.0
+    assert chord_slack(chain, way, gain, changes)[0] == pytest.approx(hand)
+
+
 def test_mimic_joints_count_with_their_own_motion() -> None:
     """Two hinges driven by one q, the second twice as far the other way."""
     chain = _chain(

@@ -175,6 +175,10 @@ def test_a_point_is_taken_back(rng, monkeypatch):
     T, point = transform([0.3, -0.7, 0.4], [0.3, -0.4, 0.8]), rng.normal(size=3)
     back = module._taken_back.py_func(T, *(T[:3, :3] @ point + T[:3, 3]))
     np.testing.assert_allclose(back, point, atol=1e-12)
+    # a true inverse, of what is not rigid, too
+    T[:3, :3] = rng.normal(size=(3, 3))
+    back = module._taken_back.py_func(T, *(T[:3, :3] @ point + T[:3, 3]))
+    np.testing.assert_allclose(back, point, atol=1e-12)
     u, v, w = rng.normal(size=(3, 3))
     assert module._triple(u, v, w) == pytest.approx(np.linalg.det([u, v, w]))
 

@@ -292,3 +292,27 @@ def test_what_touches_at_the_ends_of_an_open_step(monkeypatch):
         assert touched(problem(0.5), points, turns, verdict(said)) is None
     assert asked == []
     assert isinstance(problem(0.5), PathProblem)
+
+
+@pytest.mark.parametrize("around", ["contact", "clear", "unknown"])
+def test_samples_in_contact_ask_only_what_is_still_open(monkeypatch, around):
+    """A robot that touches itself alone may still be clear of what stands around."""
+    seen = SimpleNamespace(
+        verdict="contact", obstacles=Answer(around, "sampled obstacles")
+    )
+    monkeypatch.setattr(checks, "checked_waypoints", lambda robot, given: given)
+    monkeypatch.setattr(checks, "open_turns", lambda model, points: None)
+    monkeypatch.setattr(checks, "sample_motion", lambda *given, **more: seen)
+    monkeypatch.setattr(checks, "path_problem", lambda *given: "problem")
+    monkeypatch.setattr(checks, "link_of", lambda robot: LINKS)
+    monkeypatch.setattr(checks, "_within_margin", lambda *given: ("margin", given))
+    monkeypatch.setattr(checks, "_around", lambda *given: ("around", given))
+    monkeypatch.setattr(checks, "_nearest", lambda scene, found: found)
+    chosen = SimpleNamespace(
+        checker="exact", margin=SimpleNamespace(kind="offset", size=0.5)
+    )
+    robot, points = SimpleNamespace(model=None), np.zeros((2, 1))
+    asked, given = checks.check_motion(robot, "scene", points, chosen)
+    assert asked == ("margin" if around == "contact" else "around")
+    assert given[:2] == ("problem", points)
+    assert any(item is seen for item in given)

@@ -278,8 +278,11 @@ def test_at_an_end_it_follows_from_there(monkeypatch, at, stretch):
 
 
 def test_a_distance_of_nothing_leaves_no_clearance(monkeypatch):
-    watch_distances(monkeypatch, lambda k, time: 0.0)
-    assert search_of(0.0).run([]) is None
+    monkeypatch.setattr(_Search, "_kept", lambda self, k: 0.0)
+    monkeypatch.setattr(_Search, "_result", lambda self, lower: "a result")
+    for length, expected in ((0.0, None), (1.0, "a result"), (1e-9, "a result")):
+        watch_distances(monkeypatch, lambda k, time, length=length: length)
+        assert search_of(0.0).run([]) == expected
 
 
 def test_the_result_names_pair_and_instant_and_allows_for_round_shapes(monkeypatch):

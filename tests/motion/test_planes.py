@@ -61,6 +61,17 @@ def test_a_gap_along_a_slant_is_a_length():
     assert not planes._separates(way, first, first, standing, gap + 1e-9)
 
 
+@pytest.mark.parametrize("axis", range(3))
+def test_either_way_is_the_very_opposite(axis):
+    """Of a slanted direction, to which a triangle lies on the far side by 14 / 3."""
+    way = tuple(np.roll([2.0, 1.0, 2.0], axis).tolist())
+    point, gap = FLAT[:3] * 3, 14.0 / 3.0
+    moving = shifted(point, *np.roll([-5.0, -2.0, -1.0], axis))
+    assert not planes._separates(way, moving, moving, point, 0.0)
+    assert planes._either_way(way, moving, moving, point, gap - 1e-9)
+    assert not planes._either_way(way, moving, moving, point, gap + 1e-9)
+
+
 @pytest.mark.parametrize("way", [(0.0, 0.0, 0.0), (0.0, 0.0, 1e-151), (np.nan, 0, 0)])
 def test_no_direction_separates_nothing(way):
     assert not planes._separates(way, shifted(FLAT, 0, 0, 9.0), FLAT, FLAT, -99.0)

@@ -10,7 +10,8 @@ from borecheck.errors import UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.motion.certify import write_path_certificate
 from borecheck.motion.check import check_motion, check_path
-from borecheck.motion.turns import open_turns
+from borecheck.motion.outcome import PathVerdict, Stretch
+from borecheck.motion.turns import OpenTurns, _overlap, held_back, open_turns
 from borecheck.plans.plan_motion import nearest_turn
 from borecheck.robots.scene import Obstacle, Scene
 from tests.test_cli import run
@@ -175,3 +176,48 @@ def test_a_plan_s_continuous_joint_goes_the_short_way(tmp_path):
     assert nearest_turn(robot.model, np.array([-3.1, 0.0]), np.array([3.1, 0.0]))[
         0
     ] == pytest.approx(2.0 * np.pi - 3.1)
+
+
+def open_steps(*steps, count=4):
+    return OpenTurns(steps, count, "which way?", "as written")
+
+
+def test_a_stretch_overlaps_an_open_step_by_more_than_a_waypoint():
+    turns = open_steps(1, count=1)  # from waypoint 1 to 2, so that fractions are times
+    for off, within in ((0.5e-9, False), (1.5e-9, True)):
+        assert _overlap(0.0, 1.0 + off, turns) == within
+        assert _overlap(2.0 - off, 3.0, turns) == within
+    assert _overlap(0.0, 9.0, turns)
+    assert not _overlap(0.0, 1.0, turns)
+    assert not _overlap(2.0, 9.0, turns)
+    assert _overlap(0.0, 1.0, open_steps(3, 0))
+
+
+def written(first, *stretches):
+    whole = stretches or (Stretch(0.0, 1.0, "clear", ()),)
+    return PathVerdict("contact", "as found", ("q",), True, whole, first, 0.5)
+
+
+AB = ("a", "b")
+
+
+@pytest.mark.parametrize(
+    ("first", "kept"),
+    [((0.0, 0.25, AB), True), ((0.25, 0.3, AB), False), ((0.5, 0.75, AB), True)],
+)
+def test_where_contact_begins_is_kept_outside_open_steps(first, kept):
+    """In one that is open another way may lead to it later, or not at all."""
+    found = held_back(written(first), open_steps(1), "waypoint 2: a and b meet")
+    assert found.verdict == "contact"
+    assert not found.certified
+    assert found.first_contact == (first if kept else None)
+    assert found.reason == ("as found" if kept else "waypoint 2: a and b meet")
+
+
+def test_contact_that_is_left_says_who_meets():
+    stretch = Stretch(0.75, 1.0, "contact", (AB,))
+    rest = Stretch(0.0, 0.75, "clear", ())
+    for first in (None, (0.3, 0.4, AB)):
+        found = held_back(written(first, rest, stretch), open_steps(1), None)
+        assert found.first_contact is None
+        assert found.reason == f"a and b meet {stretch.place}"

@@ -1,5 +1,7 @@
 """Kernels of the walk through swept boxes and of halving, as plain functions."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.surfaces import surface
 from borecheck.geometry.tree.build import F32, WIDTH
 from borecheck.motion import halving, swept_boxes
+from borecheck.motion.problem import Motion
 from borecheck.robots.kinematics.forward import WORLD
 
 MIDDLE, RADIUS, SIZE = swept_boxes.MIDDLE, swept_boxes.RADIUS, swept_boxes.SIZE
@@ -256,3 +259,12 @@ def test_the_first_pair_that_is_not_apart_ends_the_walk(monkeypatch, task):
     assert (outcome, len(asked)) == (swept_boxes.OPEN, 1)
     outcome, asked = walked(monkeypatch, task, task == swept_boxes.SWEEP, budget=0)
     assert (outcome, asked) == (swept_boxes.OPEN, [])
+
+
+def test_waypoints_are_met_exactly_in_any_case():
+    """Also where a step is so long that going along it would round."""
+    theta = np.array([[1e17], [1.0], [-1e17], [3.0]])
+    motion = SimpleNamespace(theta=theta)
+    for k, values in enumerate(theta):
+        assert Motion.joints_at(motion, float(k)) == values
+    assert Motion.joints_at(motion, 2.5) == pytest.approx(-0.5e17)

@@ -137,6 +137,20 @@ def test_each_length_of_a_needle_counts_with_its_own_width() -> None:
         assert (why == "may meet it before the entry") == meets
 
 
+def test_where_a_wide_length_begins_the_thin_one_before_it_stays_thin() -> None:
+    """They have their very end in common; each is as wide as it is, and no wider."""
+    thin = [[0.0, 0.0, -0.1], [1e-4, 0.0, -0.1], [0.0, 0.0, -0.05]]
+    wide = [[0.0, 0.0, -0.05], [0.02, 0.0, -0.03], [0.0, 0.02, -0.03]]
+    in_it = [[0.0, 0.0, -0.03], [1e-4, 0.0, -0.03], [0.0, 0.0, 0.01]]
+    moved, needle = 1e-3, placed([thin, wide, in_it])
+    for at, meets in ((-0.052, False), (-0.048, True)):
+        beside = np.array([[0.01, -0.001, at], [0.03, 0, at], [0.01, 0.001, at]])
+        # grown by what it moved, the wide one begins before its own corner
+        patient = np.concatenate([beside[None], SKIN])
+        why = corridor(patient).why_not(needle, moved)
+        assert (why == "may meet it before the entry") == meets
+
+
 def test_a_needle_of_many_triangles_is_cut_into_some_lengths() -> None:
     """More ends of triangles than lengths: the answers stay those of a plain rod."""
     ends = np.linspace(-0.1, 0.01, 90)

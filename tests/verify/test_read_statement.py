@@ -323,10 +323,10 @@ def test_what_is_refused(document: Document, words: str) -> None:
 
 
 def test_joints_turn_up_to_a_thousand_radians_by_whatever_factor() -> None:
-    for turn, fine in ((1000.0, True), (-1000.0, True), (1001.0, False)):
+    for turn in (1000.0, -1000.0, 1001.0, -1001.0):
         document = changed("chain", 0, "factor", to=2.0)
         document["waypoints"][1][0] = turn / 2.0
-        if fine:
+        if abs(turn) == 1000.0:
             read(document)
         else:
             with pytest.raises(Rejected, match="turns farther than 1000 rad"):
