@@ -17,6 +17,12 @@ from typing import TYPE_CHECKING, Any
 from borecheck.core.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from borecheck.api import check_plans as check_plans
+    from borecheck.api import fk as fk
+    from borecheck.api import inverse as inverse
+    from borecheck.api import random_configurations as random_configurations
+    from borecheck.api import report as report
+    from borecheck.api import show as show
     from borecheck.contact.check import check as check
     from borecheck.contact.compare import compare as compare
     from borecheck.contact.many_poses import first_contacts as first_contacts
@@ -27,6 +33,7 @@ if TYPE_CHECKING:
     from borecheck.motion.binding import verify as verify
     from borecheck.motion.check import check_path as check_path
     from borecheck.planning.route import route as route
+    from borecheck.plans.needle_plan import NeedlePlan as NeedlePlan
     from borecheck.robots.robot import load_robot as load_robot
     from borecheck.robots.scene import load_scene as load_scene
     from borecheck.validation.run import validate_file as validate  # noqa: F401
@@ -35,15 +42,22 @@ if TYPE_CHECKING:
 _HOMES = {
     "BorecheckError": "borecheck.errors:BorecheckError",
     "MeshTree": "borecheck.geometry.tree.mesh_tree:MeshTree",
+    "NeedlePlan": "borecheck.plans.needle_plan:NeedlePlan",
     "Pair": "borecheck.geometry.tree.pair:Pair",
     "check": "borecheck.contact.check:check",
+    "check_plans": "borecheck.api:check_plans",
     "check_path": "borecheck.motion.check:check_path",
     "compare": "borecheck.contact.compare:compare",
+    "fk": "borecheck.api:fk",
     "first_contacts": "borecheck.contact.many_poses:first_contacts",
+    "inverse": "borecheck.api:inverse",
     "load_robot": "borecheck.robots.robot:load_robot",
     "load_scene": "borecheck.robots.scene:load_scene",
     "queries": "borecheck.contact.queries:queries",
     "route": "borecheck.planning.route:route",
+    "random_configurations": "borecheck.api:random_configurations",
+    "report": "borecheck.api:report",
+    "show": "borecheck.api:show",
     "validate": "borecheck.validation.run:validate_file",
     "verify": "borecheck.motion.binding:verify",
 }
@@ -72,4 +86,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOMES])
+    return sorted(["__version__", *_HOMES])

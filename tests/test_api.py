@@ -1,10 +1,13 @@
+import json
 import subprocess
 import sys
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import borecheck as bc
-from tests.places import ROBOTS
+from tests.places import PROJECT, ROBOTS
 
 ROBOT = ROBOTS / "two_link.urdf"
 
@@ -40,3 +43,122 @@ def test_validate_gives_findings_as_values(tmp_path):
     broken = tmp_path / "broken.urdf"
     broken.write_text(ROBOT.read_text().replace('child link="arm"', 'child link="am"'))
     assert any(f.severity == "error" for f in bc.validate(broken))
+
+
+def test_dir_shows_what_is_public():
+    assert dir(bc) == sorted(["__version__", *bc.__all__])
+
+
+@pytest.fixture(scope="module")
+def zerobot():
+    return bc.load_robot("zerobot"), bc.load_scene("ct_gantry")
+
+
+class Row(dict):
+    """A row of a table: by name, and iterated over it gives values, as pandas does."""
+
+    def __iter__(self):
+        return iter(self.values())
+
+
+class Table:
+    """As pandas: iterated over it gives names of columns, rows by `iterrows`."""
+
+    def __init__(self, rows):
+        self.rows = rows
+
+    def __iter__(self):
+        return iter(self.rows[0].keys())
+
+    def iterrows(self):
+        return enumerate(map(Row, self.rows))
+
+
+def test_a_configuration_in_any_form_gives_the_same_verdict(zerobot):
+    robot, scene = zerobot
+    named = dict(zip(robot.model.joint_names, robot.home, strict=True))
+    told = [
+        bc.check(robot, scene, q) for q in (robot.home, "home", named, list(robot.home))
+    ]
+    assert len({(v.verdict, v.q, v.clearance_m) for v in told}) == 1
+    table = bc.first_contacts(robot, scene, Table([named, named]))
+    several = bc.first_contacts(robot, scene, ["home", named])
+    assert table.tolist() == several.tolist() == [told[0].contact] * 2
+
+
+def test_a_margin_with_its_unit_is_the_same_margin(zerobot):
+    told = [bc.check(*zerobot, "home", margin=m) for m in ("20mm", 0.02)]
+    assert told[0].margin_m == told[1].margin_m == 0.02
+    assert told[0].verdict == told[1].verdict
+
+
+def test_a_base_as_text_is_that_transform():
+    text = bc.load_robot(ROBOT, base="100mm,0,0,0,0,90deg").T_scene_root
+    given = np.eye(4)
+    given[:3] = [[0, -1, 0, 0.1], [1, 0, 0, 0], [0, 0, 1, 0]]
+    assert np.allclose(text, given, atol=1e-15)
+
+
+def test_forward_and_inverse_kinematics_agree(zerobot):
+    robot, _ = zerobot
+    needle = robot.needle_with_tip()
+    T = bc.fk(robot, "home")[needle.tip]
+    found = bc.inverse(robot, T[:3, 3], T[:3, :3] @ needle.axis)
+    assert found.configurations
+    for q in found.configurations:
+        assert np.allclose(bc.fk(robot, q)[needle.tip][:3, 3], T[:3, 3], atol=1e-9)
+
+
+def test_random_configurations_are_the_seeds(zerobot):
+    robot, _ = zerobot
+    first, again = (bc.random_configurations(robot, 5, seed=3) for _ in range(2))
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, bc.random_configurations(robot, 5, seed=4))
+    assert not robot.model.beyond_limits(first).any()
+
+
+def test_plans_give_what_the_command_gives(zerobot, capsys, tmp_path):
+    from borecheck.cli import main
+
+    whole = PROJECT / "urdf" / "zerobot" / "examples" / "plans.csv"
+    file = tmp_path / "plans.csv"
+    head, first = whole.read_text().splitlines()[:2]
+    file.write_text(f"{head}\n{first}\nfar,0,0,2.0,0,0,1.9\n")
+    answers = bc.check_plans(*zerobot, file, samples=3)
+    words = ("check", "zerobot", "ct_gantry", "--plan", str(file), "--samples", "3")
+    main([*words, "--format", "json"])
+    plans = json.loads(capsys.readouterr().out)["plans"]
+    told = [(a.plan.name, a.verdict, a.reason, a.reachable) for a in answers]
+    assert [tuple(p[k] for k in KEYS) for p in plans] == told
+    assert all("\n" not in repr(answer) for answer in answers)
+
+
+KEYS = ("name", "verdict", "reason", "reachable")
+
+
+def test_show_and_report_write_pages(zerobot, tmp_path):
+    verdict = bc.show(*zerobot, "home", tmp_path / "pose.html")
+    assert verdict.verdict in (tmp_path / "pose.html").read_text().lower()
+    again = bc.report(tmp_path / "pose.html", tmp_path / "again.html")
+    assert again.read_text() == (tmp_path / "pose.html").read_text()
+
+
+def test_every_object_is_one_short_line(zerobot):
+    robot, scene = zerobot
+    mesh = robot.parts[0].mesh
+    tree = bc.MeshTree.of(mesh)
+    verdict = bc.check(robot, scene, "home")
+    for thing in (robot, scene, tree, bc.Pair(tree, tree), verdict, verdict.itself):
+        assert "\n" not in repr(thing)
+        assert len(repr(thing)) < 200
+    assert repr(verdict).startswith(f"<Verdict {verdict.verdict}: ")
+
+
+def test_a_card_escapes_what_files_are_called(zerobot):
+    robot, scene = zerobot
+    named = replace(robot, name="<script>")
+    assert "<script>" not in named._repr_html_()
+    assert "&lt;script&gt;" in named._repr_html_()
+    verdict = replace(bc.check(robot, scene, "home"), reason="<b>x")
+    assert "&lt;b&gt;x" in verdict._repr_html_()
+    assert verdict.verdict.upper() in verdict._repr_html_()

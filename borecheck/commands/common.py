@@ -1,6 +1,7 @@
 """Options that several commands share, and what they stand for."""
 
 import argparse
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -195,6 +196,8 @@ def configuration(robot: "Robot", text: str, option: str = "--q") -> list[float]
     model = robot.model
     if text == "home":
         return [float(value) for value in robot.home]
+    if re.fullmatch(r"[A-Za-z_]\w*", text):
+        raise UnknownNameError("configuration", text, ["home"])
     parts = [part.strip() for part in text.split(",")]
     if all("=" in part for part in parts):
         return _by_name(model, parts)

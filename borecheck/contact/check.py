@@ -33,6 +33,7 @@ from borecheck.contact.verdict import (
     Verdict,
 )
 from borecheck.plans.corridor import Corridor
+from borecheck.robots.given import Given, configuration, length, refuse_others
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
@@ -42,9 +43,9 @@ Array = NDArray[np.float64]
 def check(
     robot: Robot,
     scene: Scene,
-    q: ArrayLike,
+    q: Given,
     *,
-    margin: float = 0.0,
+    margin: float | str = 0.0,
     margin_kind: str | None = None,
     checker: str = "exact",
     pruning: str = "bvh",
@@ -55,9 +56,10 @@ def check(
     Args:
         robot: From `load_robot`.
         scene: From `load_scene`.
-        q: Joint positions in the order of `robot.model.joint_names`, [m] and [rad].
-        margin: Required clearance to every obstacle, [m]. Parts of the robot need
-            not keep it among themselves.
+        q: Joint positions, [m] and [rad]: in the order of `robot.model.joint_names`,
+            by name (a dictionary, a row of a table), or "home".
+        margin: Required clearance to every obstacle, [m], or "20mm". Parts of the
+            robot need not keep it among themselves.
         margin_kind: offset (true distance), enlarge-axes, enlarge-axes:world, or
             security (Coal's); each checker has a default.
         checker: exact, two-sided, paper, paper:robot, paper:scanner or coal.
@@ -68,8 +70,9 @@ def check(
         JointLimitError: q is beyond a joint limit.
         UnknownNameError, UsageError: Settings that do not exist or do not fit.
     """
-    chosen = settings(checker, pruning, margin, margin_kind)
-    return check_with(robot, scene, q, chosen, corridor)
+    refuse_others(robot, scene)
+    chosen = settings(checker, pruning, length(margin, "margin"), margin_kind)
+    return check_with(robot, scene, configuration(robot, q), chosen, corridor)
 
 
 def check_with(

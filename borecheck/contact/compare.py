@@ -5,8 +5,9 @@ triangles, exact arithmetic says who is right, and `causes` says why the other i
 """
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +32,12 @@ from borecheck.geometry.surfaces import (
 )
 from borecheck.geometry.triangles.placing import place_mesh
 from borecheck.geometry.triangles.solid import contained
+from borecheck.robots.given import (
+    Given,
+    configuration,
+    configurations,
+    refuse_others,
+)
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
@@ -43,7 +50,7 @@ WORLD = np.eye(4)
 def compare(
     robot: Robot,
     scene: Scene,
-    qs: ArrayLike,
+    qs: ArrayLike | Sequence[Given] | Given,
     *,
     checkers: Sequence[str] = CHECKERS,
     pruning: str = "bvh",
@@ -65,6 +72,9 @@ def compare(
         UsageError: No configuration.
         JointLimitError: A configuration beyond a joint limit.
     """
+    refuse_others(robot, scene)
+    if isinstance(checkers, str):
+        raise UsageError(f"checkers is a string: give a list, [{checkers!r}]")
     names = tuple(dict.fromkeys(["exact", *map(checker_name, checkers)]))
     check_pruning(pruning)
     poses = _poses(robot, qs)
@@ -97,12 +107,14 @@ def compare(
     )
 
 
-def _poses(robot: Robot, qs: ArrayLike) -> Array:
+def _poses(robot: Robot, qs: Any) -> Array:
     """The configurations (n, joints), each within the limits."""
-    try:
-        poses = np.atleast_2d(np.array(qs, dtype=np.float64))
-    except (TypeError, ValueError) as error:
-        raise UsageError(f"configurations are no numbers: {error}") from None
+    if isinstance(qs, str | Mapping):  # one pose, as `check` takes it
+        return configuration(robot, qs)[None]
+    one = isinstance(qs, np.ndarray | Sequence) and np.ndim(qs[:1]) < 2  # of numbers
+    named = isinstance(qs, Sequence) and any(isinstance(q, str | Mapping) for q in qs)
+    many: Any = [qs] if one and not named and len(qs) else qs
+    poses = configurations(robot, many) if len(many) else np.zeros((0, 0))
     if len(poses) == 0 or np.size(qs) == 0 != len(robot.model.free_joints):
         raise UsageError("there is no configuration to compare at")
     return np.array([robot.model.check_limits(q) for q in poses])

@@ -4,12 +4,15 @@ The placements come from the compiled chain, which agrees with Pinocchio to roun
 (tests hold it to 1e-12); a verdict with reasons for one pose is `contact.check`.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.contact.pose_batch import prepared
 from borecheck.contact.pose_book import FREE
 from borecheck.errors import JointLimitError, UsageError
+from borecheck.robots.given import Given, configurations, refuse_others
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
@@ -19,7 +22,7 @@ Array = NDArray[np.float64]
 def first_contacts(
     robot: Robot,
     scene: Scene,
-    qs: ArrayLike,
+    qs: ArrayLike | Sequence[Given],
     *,
     narrowphase: str = "exact",
     containment: bool = True,
@@ -43,29 +46,24 @@ def first_contacts(
             obstacle was guessed, and a bare "no contact" could not say so.
         JointLimitError: A configuration beyond a joint limit: which one.
     """
+    refuse_others(robot, scene)
     if scene.doubt is not None:
         raise UsageError(scene.doubt)
     batch = prepared(robot, scene)
-    configurations = as_configurations(robot, qs)
-    asked = batch.ask(configurations, narrowphase, solids=containment, threads=threads)
+    asked_at = as_configurations(robot, qs)
+    asked = batch.ask(asked_at, narrowphase, solids=containment, threads=threads)
     if asked.beyond:
-        refuse_beyond_limits(robot, configurations)
+        refuse_beyond_limits(robot, asked_at)
     return asked.states != FREE
 
 
-def as_configurations(robot: Robot, qs: ArrayLike) -> Array:
+def as_configurations(robot: Robot, qs: ArrayLike | Sequence[Given]) -> Array:
     """A copy of qs (n, joints), of the right shape and finite; limits are not asked.
 
     Raises:
         UsageError: Wrong shape or numbers that are not finite.
     """
-    count = len(robot.model.free_joints)
-    configurations = np.array(qs, dtype=np.float64, order="C")
-    if configurations.ndim != 2 or configurations.shape[1] != count:
-        raise UsageError(f"qs have shape {configurations.shape}, not (n, {count})")
-    if not np.isfinite(configurations).all():
-        raise UsageError("qs hold a number that is not finite")
-    return configurations
+    return np.ascontiguousarray(configurations(robot, qs))
 
 
 def refuse_beyond_limits(robot: Robot, configurations: Array) -> None:

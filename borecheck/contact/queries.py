@@ -17,6 +17,7 @@ from borecheck.contact.skipped import Names, pairs_without
 from borecheck.core.se3 import check_transform
 from borecheck.errors import UnknownNameError, UsageError
 from borecheck.geometry.tree.nearest_first import FAR, NEAR, UNDECIDED
+from borecheck.robots.given import length, refuse_others
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
@@ -29,7 +30,7 @@ NO, YES, CANNOT_TELL = FAR, NEAR, UNDECIDED
 def queries(
     robot: Robot,
     scene: Scene,
-    margin: float = 0.0,
+    margin: float | str = 0.0,
     *,
     skip: Iterable[Names] = (),
     itself: bool = True,
@@ -40,7 +41,7 @@ def queries(
     Args:
         robot: From `load_robot`.
         scene: From `load_scene`.
-        margin: Clearance to obstacles that counts as touching, [m].
+        margin: Clearance to obstacles that counts as touching, [m], or "20mm".
         skip: Pairs of names that are not asked: a link and an obstacle, or two links.
         itself: Whether parts of the robot are asked against each other.
         solids: Whether to ask also if a solid holds another.
@@ -50,6 +51,8 @@ def queries(
             pair that is not there.
         UnknownNameError: A name that is no link, part or obstacle.
     """
+    refuse_others(robot, scene)
+    margin = length(margin, "margin")
     if scene.doubt is not None:
         raise UsageError(scene.doubt)
     if not (np.isfinite(margin) and margin >= 0.0):
@@ -156,6 +159,8 @@ class Queries:
             within: Relative width of the bounds that is good enough; 0.1 is several
                 times cheaper than 0.
         """
+        if not within >= 0.0:
+            raise UsageError(f"within is {within}, not a share of 0 or more: 0.1")
         configurations = as_configurations(self._robot, qs)
         return self._nearest(configurations, within)[0]
 

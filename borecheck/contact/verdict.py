@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ CLEAR = "clear"
 CONTACT = "contact"
 UNKNOWN = "unknown"
 
+_COLOURS = {CLEAR: "#2e7d32", CONTACT: "#c62828", UNKNOWN: "#b26a00"}
+
 
 class AnyVerdict:
     """What every verdict has in common: exactly one of three answers holds.
@@ -22,9 +25,11 @@ class AnyVerdict:
 
     Attributes:
         verdict: clear, contact or unknown.
+        reason: One sentence.
     """
 
     verdict: str
+    reason: str
 
     @property
     def clear(self) -> bool:
@@ -40,6 +45,17 @@ class AnyVerdict:
     def unknown(self) -> bool:
         """Whether neither could be shown."""
         return self.verdict == UNKNOWN
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.verdict}: {self.reason}>"
+
+    def _repr_html_(self) -> str:
+        """A card for a notebook."""
+        return (
+            f'<div style="border-left:6px solid {_COLOURS[self.verdict]};'
+            f'padding:.3em .8em"><b>{self.verdict.upper()}</b> '
+            f"{escape(self.reason)}</div>"
+        )
 
     def __bool__(self) -> bool:
         """Refused: see the class.
@@ -118,7 +134,7 @@ class Closest:
     triangles: tuple[int, int]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Answer(AnyVerdict):
     """What is said of one of two questions: about the obstacles, or the robot itself.
 
@@ -140,7 +156,7 @@ class Answer(AnyVerdict):
         return asdict(self)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Verdict(AnyVerdict):
     """The answer for one configuration.
 

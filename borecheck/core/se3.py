@@ -96,7 +96,10 @@ def check_transform(T: ArrayLike, name: str = "transform") -> Array:
     Raises:
         GeometryError: Wrong shape, NaN, or no rotation within ROTATION_TOLERANCE.
     """
-    T = np.array(T, dtype=np.float64)
+    try:
+        T = np.array(T, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise GeometryError(f"{name} is no array of numbers (4, 4)") from None
     if T.shape != (4, 4):
         raise GeometryError(f"{name} has shape {T.shape}, not (4, 4)")
     if not np.isfinite(T).all():

@@ -37,6 +37,7 @@ from borecheck.motion.samples import (
 from borecheck.motion.search import search
 from borecheck.motion.turns import OpenTurns, held_back, open_turns
 from borecheck.plans.corridor import Corridor
+from borecheck.robots.given import Given, configurations, length, refuse_others
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
@@ -50,8 +51,8 @@ TOLERANCE = Tolerance()
 def check_path(
     robot: Robot,
     scene: Scene,
-    waypoints: ArrayLike,
-    margin: float = 0.0,
+    waypoints: ArrayLike | Sequence[Given],
+    margin: float | str = 0.0,
     *,
     corridor: Corridor | None = None,
     long_way: bool = False,
@@ -63,8 +64,9 @@ def check_path(
     Args:
         robot: From `load_robot`.
         scene: From `load_scene`.
-        waypoints: Configurations, (k, n), [m] and [rad].
-        margin: Required clearance to obstacles, [m].
+        waypoints: Configurations, (k, n), [m] and [rad]; or a list or table of them,
+            each as `check` takes it.
+        margin: Required clearance to obstacles, [m], or "20mm".
         corridor: Where the needle may be in the patient; see `corridor_along`.
         long_way: Whether continuous joints go as their numbers do where they turn by
             half a turn or more; else what happens there is unknown.
@@ -75,8 +77,9 @@ def check_path(
         JointLimitError: A waypoint beyond a joint limit.
         UsageError: No waypoint, or a margin that is none.
     """
-    points = checked_waypoints(robot, waypoints)
-    problem = path_problem(robot, scene, margin, corridor)
+    refuse_others(robot, scene)
+    points = checked_waypoints(robot, configurations(robot, waypoints))
+    problem = path_problem(robot, scene, length(margin, "margin"), corridor)
     found = search(problem, points)
     turns = None if long_way else open_turns(robot.model, points)
     if turns is not None:

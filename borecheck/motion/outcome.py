@@ -64,7 +64,7 @@ class LeastClearance:
     within_tolerance: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PathVerdict(AnyVerdict):
     """The answer for every instant of a motion.
 

@@ -67,7 +67,7 @@ class Proof:
     corridor: Corridor | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MotionVerdict(AnyVerdict):
     """The answer for a motion.
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +30,7 @@ NEVER_MODELLED = (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot placed in a scanner's frame.
 
@@ -70,6 +71,14 @@ class Robot:
     def __post_init__(self) -> None:
         """Freezes where it stands: chains and problems are made of it once."""
         object.__setattr__(self, "T_scene_root", frozen(self.T_scene_root.copy()))
+
+    def __repr__(self) -> str:
+        joints = ", ".join(self.model.joint_names)
+        return f"<Robot {self.name}: {len(self.parts)} parts, joints {joints}>"
+
+    def _repr_html_(self) -> str:
+        """A card for a notebook."""
+        return f"<p>{escape(repr(self)[1:-1])}</p>"
 
     @cached_property
     def home(self) -> Array:

@@ -109,12 +109,18 @@ class RobotModel:
 
         Raises:
             UnknownNameError: A name that is no free joint.
+            UsageError: A position that is no number.
         """
         q = np.zeros(len(self.free_joints))
         for name, value in values.items():
             if name not in self.joint_names:
                 raise UnknownNameError("joint", name, self.joint_names)
-            q[self.joint_names.index(name)] = value
+            try:
+                q[self.joint_names.index(name)] = value
+            except (TypeError, ValueError):
+                raise UsageError(
+                    f"joint {name} is {value!r}, no number: give [m] or [rad]"
+                ) from None
         return q
 
     def check_configuration(self, q: ArrayLike) -> Array:

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck.core.se3 import check_transform, inverse
-from borecheck.core.units import check_near
+from borecheck.core.units import check_near, parse_pose
+from borecheck.errors import UsageError
 from borecheck.robots.allowed import AllowedPair, Request, allowances_of
 from borecheck.robots.checked_robot import NEVER_MODELLED as NEVER_MODELLED
 from borecheck.robots.checked_robot import Robot as Robot
@@ -25,7 +26,7 @@ def load_robot(
     name: str | Path,
     *,
     level: str = "coarse",
-    base: ArrayLike | None = None,
+    base: ArrayLike | str | None = None,
     package_paths: Sequence[Path] = (),
     allow_outside: bool = False,
     srdf: str | Path | None = None,
@@ -42,7 +43,7 @@ def load_robot(
         name: For example "zerobot", or a path.
         level: Level of detail of an installed robot's meshes: coarse, middle, fine.
         base: T_scene_base (4, 4): where the robot's base frame stands in the
-            scanner's frame; the identity by default.
+            scanner's frame, or "x,y,z[,r,p,y]"; the identity by default.
         package_paths: Roots for `package://` and `$(find ...)`.
         allow_outside: Whether the file may read files beyond its own folder tree and
             the roots.
@@ -62,6 +63,9 @@ def load_robot(
         UsageError: A base that is metres away, as millimetres taken for metres are; a
             pair that is not of two links.
     """
+    for what, given in (("package_paths", package_paths), ("allow", allow)):
+        if isinstance(given, str | Path):
+            raise UsageError(f"{what} is a string: give a list, [{str(given)!r}]")
     roots = Roots(tuple(map(Path, package_paths)), allow_outside)
     allowances = allowances_of(srdf, allow, trust_never)
     robot = robot_with(name, arguments, level, base, roots).allowing(allowances)
@@ -72,10 +76,13 @@ def robot_with(
     name: str | Path,
     arguments: Mapping[str, str],
     level: str = "coarse",
-    base: ArrayLike | None = None,
+    base: ArrayLike | str | None = None,
     roots: Roots = NO_ROOTS,
 ) -> Robot:
     """As `load_robot`, for xacro arguments of any name (`level`, `base`, ...)."""
+    if not isinstance(name, str | Path):
+        kind = type(name).__name__
+        raise UsageError(f"robot is a {kind}: give an installed name, or a file")
     if str(name) in installed_names("robots"):
         return _load_installed(str(name), level, base, arguments)
     path = robot_path(str(name))
@@ -112,7 +119,7 @@ def _oddities(model: RobotModel, is_placed: bool) -> tuple[str, ...]:
 
 
 def _load_installed(
-    name: str, level: str, base: ArrayLike | None, arguments: Mapping[str, str]
+    name: str, level: str, base: ArrayLike | str | None, arguments: Mapping[str, str]
 ) -> Robot:
     description: RobotDescription = installed("robots", "robot", name)
     complete = complete_arguments(description, arguments)
@@ -139,7 +146,7 @@ def _load_installed(
 
 
 def _placed_by_base_frame(
-    model: RobotModel, base_frame: str | None, base: ArrayLike | None
+    model: RobotModel, base_frame: str | None, base: ArrayLike | str | None
 ) -> Array:
     """T_scene_root such that the base frame stands at `base`."""
     T_scene_base = _checked_base(base)
@@ -149,7 +156,14 @@ def _placed_by_base_frame(
     return T_scene_base @ inverse(T_root_base)
 
 
-def _checked_base(base: ArrayLike | None) -> Array:
+def _checked_base(base: ArrayLike | str | None) -> Array:
     if base is None:
         return np.eye(4)
+    if isinstance(base, str):
+        return parse_pose(base)
+    if np.ndim(base) == 1:
+        raise UsageError(
+            f"base has shape {np.shape(base)}: give T_scene_base (4, 4), or text such "
+            'as "0.8,0,0" or "800mm,0,0,0,0,90deg"'
+        )
     return check_near(check_transform(base, "base"), "base")

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,9 @@ from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
 
 Array = NDArray[np.float64]
 
+# Of many obstacles, so many are named.
+_NAMED = 6
+
 __all__ = [
     "REFERENCE_SIZE",
     "URDF_SUFFIXES",
@@ -44,7 +48,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """All obstacles in the scanner's frame.
 
@@ -67,6 +71,15 @@ class Scene:
     points: Mapping[str, Array]
     not_modelled: tuple[str, ...]
     warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        named = ", ".join(o.name for o in self.obstacles[:_NAMED])
+        more = ", ..." if len(self.obstacles) > _NAMED else ""
+        return f"<Scene {self.name}: {len(self.obstacles)} obstacles, {named}{more}>"
+
+    def _repr_html_(self) -> str:
+        """A card for a notebook."""
+        return f"<p>{escape(repr(self)[1:-1])}</p>"
 
     @cached_property
     def doubt(self) -> str | None:
@@ -143,7 +156,13 @@ def scene_with(
     roots: Roots = NO_ROOTS,
 ) -> Scene:
     """As `load_scene`, for arguments of any name (`level`, `obstacles`, ...)."""
+    if not isinstance(name, str | Path | Sequence):
+        kind = type(name).__name__
+        raise UsageError(f"scene is a {kind}: give a scanner's name, or files")
     names = [name] if isinstance(name, str | Path) else list(name)
+    for what, files in (("obstacles", obstacles), ("patients", patients)):
+        if isinstance(files, str | Path):
+            raise UsageError(f"{what} is a string: give a list, [{str(files)!r}]")
     if len(names) == 1 and str(names[0]) in installed_names("scanners"):
         scene = _load_installed(str(names[0]), level, arguments)
     else:

@@ -21,10 +21,17 @@ def checked_mesh(vertices: ArrayLike, triangles: ArrayLike) -> TriangleMesh:
     Raises:
         GeometryError: They are no mesh, or too large for boxes of float32.
     """
-    ids = np.asarray(triangles)
+    try:
+        ids, points = np.asarray(triangles), np.asarray(vertices, np.float64)
+    except (TypeError, ValueError):
+        raise GeometryError(
+            "mesh of the tree: vertices are no numbers (n, 3)"
+        ) from None
+    if ids.size == 0:
+        raise GeometryError("mesh of the tree has no triangles: give indices (m, 3)")
     if ids.dtype.kind not in "iu":
         raise GeometryError(f"triangles are {ids.dtype}, not vertex indices")
-    mesh = TriangleMesh("of the tree", np.asarray(vertices, np.float64), ids)
+    mesh = TriangleMesh("of the tree", points, ids)
     if np.abs(mesh.vertices).max() > LARGEST_COORDINATE:
         raise GeometryError(
             f"mesh of the tree: a coordinate exceeds {LARGEST_COORDINATE:g} m"

@@ -102,6 +102,9 @@ class MeshTree:
         self._pairs: WeakKeyDictionary[MeshTree, NDArray[np.int64]]
         self._pairs = WeakKeyDictionary()
 
+    def __repr__(self) -> str:
+        return f"<MeshTree of {len(self.order)} triangles>"
+
     def __getstate__(self) -> dict[str, Any]:
         """Without what was laid out for other trees: addresses of this process."""
         return {**vars(self), "_pairs": None}

@@ -48,6 +48,23 @@ def _first_contact_at(address, code):  # type: ignore[no-untyped-def]
     return -1 if bad >= 0 else count
 
 
+def _tree(given: object, name: str) -> MeshTree:
+    """The tree of a mesh, or what is one.
+
+    Raises:
+        UsageError: It is neither.
+    """
+    if isinstance(given, MeshTree):
+        return given
+    if isinstance(given, TriangleMesh):
+        return MeshTree.of(given)
+    kind = type(given).__name__
+    raise UsageError(
+        f"{name} of a Pair is a {kind}: give a MeshTree(vertices, triangles) or a "
+        "mesh, such as robot.parts[0].mesh"
+    )
+
+
 class Pair:
     """Two meshes ready for many calls; the answers are those of `MeshTree`.
 
@@ -66,14 +83,16 @@ class Pair:
     __slots__ = ("_address", "_block", "_book", "_thread", "a", "b")
 
     def __init__(self, a: MeshTree | TriangleMesh, b: MeshTree | TriangleMesh) -> None:
-        self.a = a if isinstance(a, MeshTree) else MeshTree.of(a)
-        self.b = b if isinstance(b, MeshTree) else MeshTree.of(b)
+        self.a, self.b = _tree(a, "a"), _tree(b, "b")
         self._book = PairBook(self.a.book, self.b.book, _ONE_PAIR)
         self._block = bytearray(_END)
         numbers = np.frombuffer(self._block, np.int64)
         numbers[:_BOOK] = self._book.entries
         self._address = int(numbers.__array_interface__["data"][0])
         self._thread = get_ident()
+
+    def __repr__(self) -> str:
+        return f"<Pair {self.a!r}, {self.b!r}>"
 
     def __reduce__(self) -> tuple[type["Pair"], tuple[MeshTree, MeshTree]]:
         """A copy is made anew: the address is that of this pair's own block."""
