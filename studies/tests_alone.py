@@ -18,7 +18,10 @@ from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[1]
 STATE = PROJECT / "build" / "tests_alone.json"
-CODE = ("borecheck", "borecheck_models", "zerobot", "mri_arm", "studies", "tests")
+CODE = (
+    *("borecheck", "borecheck_models", "zerobot", "mri_arm", "crane", "studies"),
+    "tests",
+)
 NO_TESTS = 5  # pytest's exit status where every test is left out on this machine
 
 
