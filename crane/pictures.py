@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
+from math import ceil, floor, log10
 
 Points = Sequence[Sequence[float]]
 
@@ -9,6 +10,7 @@ WIDTH, HEIGHT = 720, 420
 LEFT, RIGHT, TOP, BOTTOM = 64, 170, 20, 48
 # Told apart by those who do not see all colours (after Okabe and Ito).
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#e69f00")
+DASHES = ("none", "7 4", "2 3", "9 3 2 3", "1 2", "12 4")
 
 
 def curves(lines: Mapping[str, Points], x: str, y: str) -> str:
@@ -33,7 +35,7 @@ def curves(lines: Mapping[str, Points], x: str, y: str) -> str:
         places = " ".join(f"{across.at(p[0]):.1f},{up.at(p[1]):.1f}" for p in points)
         parts.append(
             f'<polyline fill="none" stroke="{colour}" stroke-width="1.6" '
-            f'points="{places}"/>'
+            f'stroke-dasharray="{DASHES[k % len(DASHES)]}" points="{places}"/>'
         )
         height = TOP + 14 + 20 * k
         parts.append(
@@ -57,7 +59,12 @@ class _Scale:
         return self.start + part * (self.end - self.start)
 
     def marks(self) -> list[float]:
-        return [self.low + k * (self.high - self.low) / 5.0 for k in range(6)]
+        """Round numbers (1, 2 or 5 times a power of ten apart), four to nine of them."""
+        rough = (self.high - self.low) / 6.0
+        power = 10.0 ** floor(log10(rough))
+        step = next(k * power for k in (1, 2, 5, 10) if k * power >= 0.999 * rough)
+        first, last = ceil(self.low / step), floor(self.high / step)
+        return [k * step for k in range(first, last + 1)]
 
 
 def _axes(across: _Scale, up: _Scale, x: str, y: str) -> list[str]:
@@ -75,7 +82,7 @@ def _axes(across: _Scale, up: _Scale, x: str, y: str) -> list[str]:
         at = up.at(value)
         parts.append(f'<path stroke="#ddd" d="M{LEFT} {at:.1f}H{right}"/>')
         parts.append(
-            f'<text x="{LEFT - 6}" y="{at + 4:.1f}" text-anchor="end">{value:.3g}'
+            f'<text x="{LEFT - 6}" y="{at + 4:.1f}" text-anchor="end">{value:.4g}'
             "</text>"
         )
     middle = 0.5 * (LEFT + right)
