@@ -59,7 +59,7 @@ class _Scale:
         return self.start + part * (self.end - self.start)
 
     def marks(self) -> list[float]:
-        """Round numbers (1, 2 or 5 times a power of ten apart), four to nine of them."""
+        """Round numbers, 1, 2 or 5 times a power of ten apart: four to nine."""
         rough = (self.high - self.low) / 6.0
         power = 10.0 ** floor(log10(rough))
         step = next(k * power for k in (1, 2, 5, 10) if k * power >= 0.999 * rough)
