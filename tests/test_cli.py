@@ -108,6 +108,8 @@ def test_a_path_into_the_block(capsys, block, tmp_path):
     document = json.loads(out)
     assert status == 1
     assert 0.5 < document["path"]["first_contact"] < 0.7
+    assert document["obstacles"]["verdict"] == "contact"
+    assert document["itself"]["verdict"] == "clear"  # searched, not only sampled
     verdicts = [i["verdict"] for i in document["path"]["intervals"]]
     assert "contact" in verdicts
 
@@ -238,9 +240,12 @@ def test_a_plan_that_is_reachable_only_the_other_way_round_says_so(capsys, tmp_p
     plans.write_text(f"{head}\n{swapped}\nfar,0,0,2.0,0,0,1.9\n")
     words = ("check", "zerobot", "ct_gantry", "--plan", plans, "--samples", "2")
     status, out, _ = run(capsys, *words, "--no-certificate", "--format", "json")
-    first, far = json.loads(out)["plans"]
+    document = json.loads(out)
+    first, far = document["plans"]
     assert status == 2
     assert (first["verdict"], first["reachable"]) == ("unknown", False)
+    assert first["reason_code"] == far["reason_code"] == "out_of_reach"
+    assert document["reason"] == "all 2 plans are out of reach"
     assert "out of reach" in first["reason"]
     assert "entry and target look swapped" in first["reason"]
     assert "out of reach" in far["reason"]

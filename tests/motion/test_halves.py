@@ -308,6 +308,8 @@ def test_samples_in_contact_ask_only_what_is_still_open(monkeypatch, around):
     monkeypatch.setattr(checks, "_within_margin", lambda *given: ("margin", given))
     monkeypatch.setattr(checks, "_around", lambda *given: ("around", given))
     monkeypatch.setattr(checks, "_nearest", lambda scene, found: found)
+    own = []
+    monkeypatch.setattr(checks, "_own", lambda *given: own.append(given) or given[2])
     chosen = SimpleNamespace(
         checker="exact", margin=SimpleNamespace(kind="offset", size=0.5)
     )
@@ -316,3 +318,5 @@ def test_samples_in_contact_ask_only_what_is_still_open(monkeypatch, around):
     assert asked == ("margin" if around == "contact" else "around")
     assert given[:2] == ("problem", points)
     assert any(item is seen for item in given)
+    # what it does to itself is still open where an obstacle is touched
+    assert len(own) == (around == "contact")
