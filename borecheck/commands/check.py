@@ -126,6 +126,7 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
         scene_block,
     )
     from borecheck.report.text import check_text
+    from borecheck.report.touching import touching
 
     chosen = settings(
         args.checker,
@@ -156,6 +157,9 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
     if path is not None:
         add_times(document, path)
     weighed(document)
+    for block in document.get("plans", [document]):
+        if "contacts" in block:  # else it is out of reach
+            block["touching"] = touching(robot, scene, block)
     document |= allowed_block(robot, document["itself"])
     complete = not files or _certify(document, robot, scene, files, asked.proofs)
     if wants_display(args):

@@ -94,7 +94,7 @@ def _motion(
             placements[k, f] = placed[frame][:3].reshape(-1)
         pairs = [*pose.get("contacts", ()), *pose.get("self_contacts", ())]
         if pairs:
-            corners = _corners(robot, scene, placed, pairs[:MOST_LIT])
+            corners = contact_corners(robot, scene, placed, pairs[:MOST_LIT])
             lit.append(
                 {
                     "pose": k,
@@ -111,13 +111,20 @@ def _motion(
     }
 
 
-def _corners(
+def contact_corners(
     robot: "Robot",
     scene: "Scene",
     placed: "Mapping[str, Array]",
     pairs: "Sequence[Mapping[str, Any]]",
 ) -> Array:
-    """Corners of both triangles of each pair as checked, (n, 2, 3, 3), [m]."""
+    """Corners of both triangles of each pair as checked, (n, 2, 3, 3), [m].
+
+    Args:
+        robot: The robot.
+        scene: What stands around it.
+        placed: T_scene_link of its links.
+        pairs: Records with parts and triangle numbers.
+    """
     meshes = {part.mesh.name: (placed[part.link], part.mesh) for part in robot.parts}
     around = {o.name: (np.eye(4), o.mesh) for o in scene.obstacles}
     corners = np.zeros((len(pairs), 2, 3, 3))

@@ -17,7 +17,7 @@ from borecheck.report.probability_words import cells as probability_cells
 from borecheck.report.probability_words import lines as probability_lines
 from borecheck.report.route_words import route_lines
 
-# As many contact pairs as fit on a screen; the JSON holds all of them.
+# As many rows as fit on a screen; the JSON holds all of them.
 SHOWN = 10
 
 # Said of a plan that no configuration reaches: definite, not open.
@@ -100,10 +100,10 @@ def _not_covered(phrases: Sequence[str], explain: bool) -> list[str]:
     return [f"not covered: {'; '.join(phrases)}"]
 
 
-def _verdict_lines(document: Mapping[str, Any]) -> list[str]:
+def _verdict_lines(document: Mapping[str, Any]) -> list[Block]:
     qualifiers = ", ".join(document["qualifiers"])
     mark = MARKS[document["verdict"]] + (f" ({qualifiers})" if qualifiers else "")
-    lines = [f"{mark}: {document['reason']}"]
+    lines: list[Block] = [f"{mark}: {document['reason']}"]
     lines += [f"  {line}" for line in half_lines(document)]
     if document["closest"] is not None and "path" not in document:
         closest = document["closest"]
@@ -158,18 +158,29 @@ def _certificate_table(document: Mapping[str, Any]) -> list[Block]:
     return [Table(rows), ""]
 
 
-def _contact_lines(document: Mapping[str, Any]) -> list[str]:
-    pairs = [*document["contacts"], *document["self_contacts"]]
-    lines = [
-        f"  {p['link']} #{p['link_triangle']} meets "
-        f"{p['obstacle']} #{p['obstacle_triangle']}"
-        for p in pairs[:SHOWN]
-    ]
-    if len(pairs) > SHOWN:
-        lines.append(f"  and {len(pairs) - SHOWN} more pairs (all are in the JSON)")
+def _contact_lines(document: Mapping[str, Any]) -> list[Block]:
+    """What touches what and where, a row each; which solids hold others."""
+    rows = document["touching"]
+    lines: list[Block] = []
+    if rows:
+        lines.append("")
+        cells = [("link", "touches", "triangle pairs", "place in mm")]
+        cells += [
+            (row["link"], row["obstacle"], f"{row['pairs']:,}", _place(row["place_m"]))
+            for row in rows[:SHOWN]
+        ]
+        lines.append(Table(cells))
+        if len(rows) > SHOWN:
+            lines.append(f"and {len(rows) - SHOWN} more (all are in the JSON)")
+        lines.append("")
     for found in document["contained"]:
         lines.append(f"  {found['link']}, {found['obstacle']}: {found['reason']}")
     return lines
+
+
+def _place(point: Sequence[float]) -> str:
+    """A point of the scanner's frame in millimetres; no tenth of one is -0."""
+    return "(" + ", ".join(f"{round(1e3 * x, 1) + 0.0:.1f}" for x in point) + ")"
 
 
 def _warning_lines(document: Mapping[str, Any]) -> list[str]:
