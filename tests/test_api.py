@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import borecheck as bc
+from borecheck.plans.corridor import Corridor
 from tests.places import PROJECT, ROBOTS
 
 ROBOT = ROBOTS / "two_link.urdf"
@@ -152,6 +153,34 @@ def test_every_object_is_one_short_line(zerobot):
         assert "\n" not in repr(thing)
         assert len(repr(thing)) < 200
     assert repr(verdict).startswith(f"<Verdict {verdict.verdict}: ")
+
+
+def test_what_calls_give_is_one_line_that_says_what_was_found(zerobot, tmp_path):
+    robot, scene = zerobot
+    compared = bc.compare(robot, scene, [robot.home], checkers=["exact", "two-sided"])
+    plan = bc.NeedlePlan("a", [0, 0, 0.1], [0, 0, -0.00002])
+    needle = robot.needle_with_tip()
+    T = bc.fk(robot, "home")[needle.tip]
+    gone = bc.verify(tmp_path / "gone\x1b[2J.json")
+    odd = replace(gone, problems=("\x1b[2J\nACCEPTED",))
+    corridor = Corridor(plan.entry, plan.target, 6e-4)
+    (finding, *_) = bc.validate(ROBOT)
+    told = [
+        (compared, "<Comparison: poses 1, in contact by exact 0, two-sided 0; 0 tri"),
+        (plan, "<NeedlePlan a: (0, 0, 100) to (0, 0, 0) mm>"),
+        (gone, "<Verification rejected: cannot be read: No such file"),
+        (odd, "<Verification rejected: ?[2J?ACCEPTED>"),
+        (corridor, "<Corridor (0, 0, 100) to (0, 0, 0) mm, 0.6 mm round"),
+        (bc.check_path(robot, scene, [robot.home]), "<PathVerdict clear: "),
+        (finding, f"<Finding {finding.code} {finding.severity.value}, "),
+    ]
+    found = bc.inverse(robot, T[:3, 3], T[:3, :3] @ needle.axis)
+    assert repr(found).startswith(f"<Solutions: {len(found.configurations)} within")
+    for thing, begins in told:
+        assert repr(thing).startswith(begins)
+        assert repr(thing).isprintable()
+    with pytest.raises(bc.BorecheckError, match="result is a PathVerdict: give a"):
+        bc.report(bc.check_path(robot, scene, [robot.home]), tmp_path / "page.html")
 
 
 def test_a_card_escapes_what_files_are_called(zerobot):

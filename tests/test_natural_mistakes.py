@@ -106,7 +106,7 @@ CLI = [
     ((*GIVEN, "--plan", "same.csv"), "same.csv"),
     (("compare", ARM, "wall.stl:m", "--random", "0"), "--random 0 is not from 1"),
     (("fk", "ct_gantry", "--random", "3"), "is a scanner, not a robot"),
-    (("verify", "gone.json"), "cannot be read: No such file"),
+    (("verify", "gone.json"), "REJECTED gone.json: cannot be read: No such file"),
     (("report", "result.json", "page.html"), "result.json"),
     (("explain", "J999"), "J999"),
     (("validate",), "no file given"),

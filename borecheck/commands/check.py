@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,9 @@ from borecheck.commands.output import check_outputs, emit, wants_display
 from borecheck.core.units import parse_length
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from borecheck.motion.samples import Proof
     from borecheck.plans.needle_plan import NeedlePlan
     from borecheck.robots.robot import Robot
@@ -144,6 +148,8 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
     about = checked(
         robot, scene, chosen.margin, with_plan=bool(plans), corridor=corridor
     )
+    turned = _many_turns(args, robot, waypoints)
+    about = replace(about, warnings=(*about.warnings, *turned))
     document: dict[str, Any] = {
         **header("check", args.argv, args.date),
         "robot": robot_block(robot),
@@ -172,6 +178,20 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
     status = of_verdict(document["verdict"])
     # clear, but not all that was asked for could be given
     return status if complete or status else ExitStatus.COULD_NOT
+
+
+def _many_turns(
+    args: argparse.Namespace,
+    robot: "Robot",
+    waypoints: "NDArray[np.float64] | None",
+) -> tuple[str, ...]:
+    """What is odd about where a pose or a path puts continuous joints."""
+    import numpy as np
+
+    if args.q is not None:
+        q = np.array([common.configuration(robot, args.q)])
+        return robot.model.many_turns(q)
+    return () if waypoints is None else robot.model.many_turns(waypoints)
 
 
 def _plans_asked(args: argparse.Namespace) -> tuple["NeedlePlan", ...]:

@@ -90,6 +90,15 @@ class Comparison:
     contained: tuple[tuple[str, ...], ...]
     interrupted: bool = False
 
+    def __repr__(self) -> str:
+        found = ", ".join(
+            f"{name} {len(one.contact_poses)}" for name, one in self.checkers.items()
+        )
+        return (
+            f"<Comparison: poses {len(self.pose_verdicts)}, in contact by {found}; "
+            f"{len(self.disagreements)} triangle pairs disputed>"
+        )
+
     @property
     def unexplained(self) -> tuple[CheckerDisagreement, ...]:
         """Disagreements for which no known cause fits."""

@@ -41,6 +41,14 @@ class Corridor:
     radius: float
     slack: float = SLACK
 
+    def __repr__(self) -> str:
+        entry, target = (
+            "(" + ", ".join(f"{round(1e3 * x, 1) + 0.0:g}" for x in point) + ")"
+            for point in (self.entry, self.target)
+        )
+        wide = f"{1e3 * self.radius:g} mm round, {1e3 * self.slack:g} mm slack"
+        return f"<Corridor {entry} to {target} mm, {wide}>"
+
     @cached_property
     def length(self) -> float:
         """From entry to target, [m]."""

@@ -61,6 +61,13 @@ class NeedlePlan:
                 f"plan {self.name!r}: mount {self.mount!r} is neither +90 nor -90"
             )
 
+    def __repr__(self) -> str:
+        entry, target = (
+            "(" + ", ".join(f"{round(1e3 * x, 1) + 0.0:g}" for x in point) + ")"
+            for point in (self.entry, self.target)
+        )
+        return f"<NeedlePlan {self.name}: {entry} to {target} mm>"
+
     @cached_property
     def length(self) -> float:
         """Distance from entry to target, [m]."""

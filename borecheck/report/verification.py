@@ -62,7 +62,8 @@ def verification_text(document: Mapping[str, Any]) -> Iterator[str]:
     blocks = document["certificates"]
     several = len(blocks) > 1
     for block in blocks:
-        yield from _one(block, f" {block['file']}" if several else "")
+        named = several or block["could_not_run"]
+        yield from _one(block, f" {block['file']}" if named else "")
     yield from case_lines(document)
     for name in document.get("plans_without", ()):
         yield f"no certificate given for the plan {name}"

@@ -175,6 +175,29 @@ class RobotModel:
             beyond |= value > upper + LIMIT_TOLERANCE
         return beyond
 
+    def many_turns(self, qs: Array) -> tuple[str, ...]:
+        """Continuous joints that stand beyond a turn, which degrees taken for rad do.
+
+        It is no error: such a joint has no limits.
+
+        Args:
+            qs: Configurations, (n, joints).
+
+        Returns:
+            One sentence for each.
+        """
+        told = []
+        for k, joint in enumerate(self.free_joints):
+            if joint.type != "continuous":
+                continue
+            value = float(qs[np.argmax(np.abs(qs[:, k])), k])
+            if abs(value) > 2.0 * math.pi:
+                told.append(
+                    f"{joint.name}, a continuous joint, stands at {value:.6g} rad, "
+                    f"more than a turn{_as_degrees(value)}"
+                )
+        return tuple(told)
+
     def moving_limits(self) -> Iterator[tuple[Joint, tuple[float, float]]]:
         """Joints that can move, mimic joints too, with their limits, [rad] or [m]."""
         for joint in self._moving:
@@ -245,12 +268,16 @@ def _other_unit(joint: Joint, value: float) -> str:
     far = abs(value) > FAR_BEYOND * max(abs(lower), abs(upper))
     if not (far and lower <= other <= upper):
         return ""
-    unit, bare, short = (
-        ("millimetres", "metres", "mm") if slides else ("degrees", "radians", "deg")
-    )
+    if not slides:
+        return _as_degrees(value)
     return (
-        f" (are these {unit}? Numbers are {bare}: {other:.6g}, or '{value:g}{short}')"
+        f" (are these millimetres? Numbers are metres: {other:.6g}, or '{value:g}mm')"
     )
+
+
+def _as_degrees(value: float) -> str:
+    other = math.radians(value)
+    return f" (are these degrees? Numbers are radians: {other:.6g}, or '{value:g}deg')"
 
 
 def _with_free_joints_fixed(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:

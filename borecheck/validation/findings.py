@@ -48,3 +48,7 @@ class Finding:
     libraries: tuple[str, ...]
     name: str = ""
     attribute: str | None = None
+
+    def __repr__(self) -> str:
+        place = f"{self.file}:{self.line}"
+        return f"<Finding {self.code} {self.severity.value}, {place}: {self.message}>"

@@ -47,3 +47,16 @@ class Verification:
     not_known: tuple[str, ...] = NOT_KNOWN
     could_not_run: bool = False
     stated: Mapping[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        if not self.accepted:
+            first = self.problems[0] if self.problems else "nothing was confirmed"
+            more = len(self.problems) - 1
+            said = f"rejected: {first}" + f" and {more} more" * (more > 0)
+        else:
+            bound = "bound to files" if self.bound_to else "by itself"
+            said = (
+                f"accepted: {self.intervals} intervals of {self.pairs} pairs, {bound}"
+            )
+        # names in it are the certificate's own, and may hold anything
+        return f"<Verification {''.join(c if c.isprintable() else '?' for c in said)}>"

@@ -103,7 +103,7 @@ def test_text_and_page_say_which(capsys, done, tmp_path):
     }
     assert str(tmp_path / "clear_vertical.json") in rows["vertical"]
     assert "none: unknown" in rows["far"]
-    assert "\nUNKNOWN: of 2 plans 1 unknown, 1 clear\n" in text
+    assert "\nUNKNOWN: of 2 plans 1 clear, 1 out of reach\n" in text
 
 
 def test_it_speaks_of_the_plans_own_motion_and_corridor(done):

@@ -91,6 +91,11 @@ class Solutions:
     configurations: tuple[NDArray[np.float64], ...]
     rejected: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        found, others = len(self.configurations), len(self.rejected)
+        why = f": {self.rejected[0]}" if self.rejected and not found else ""
+        return f"<Solutions: {found} within the limits, {others} rejected{why}>"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Description:
