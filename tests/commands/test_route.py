@@ -89,7 +89,7 @@ def test_an_end_in_contact_is_named_and_nothing_written(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("more", "saying"),
     [
-        (["--to", "nowhere"], "--to 'nowhere': give home, name=value,..., or 6 values"),
+        (["--to", "nowhere"], "unknown configuration 'nowhere' (known: home)"),
         (["--to", f"{PLANS}"], "it holds 6 plans; say which"),
         (["--to", f"{PLANS}:oblik"], "unknown plan 'oblik'; did you mean 'oblique'?"),
         (["--to", "home", "--certificate", "c.json"], "--certificate needs --out"),
