@@ -73,9 +73,19 @@ def _refuse_input(outputs: Mapping[str, Path], text: object) -> None:
     """Refuses to write over a file that another option names."""
     if not isinstance(text, str | Path):
         return
+    named = [Path(words) for words in _files_in(str(text))]
     for name, path in outputs.items():
-        if path.is_file() and same_file(path, Path(text)):
+        if path.is_file() and any(same_file(path, file) for file in named):
             raise UsageError(f"--{name} {path}: the file is read too; it would be lost")
+
+
+def _files_in(text: str) -> list[str]:
+    """What may be a file's name in a word: all of it, or what is before a : or an @.
+
+    Plans are named FILE:PLAN, meshes FILE:unit:frame@pose.
+    """
+    ends = [i for i, letter in enumerate(text) if letter in ":@" and i > 0]
+    return [text, *(text[:i] for i in ends)]
 
 
 def emit(args: argparse.Namespace, document: Mapping[str, Any], text: Text) -> None:

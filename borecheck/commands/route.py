@@ -101,6 +101,8 @@ def run(args: argparse.Namespace) -> int:
     """Finds, writes and checks a way; 0 clear, 1 an end in contact, 2 none found."""
     if args.certificate is not None and args.out is None:
         raise UsageError("--certificate needs --out: it is of the path written there")
+    if args.out is not None and args.out.suffix.lower() != ".csv":
+        raise UsageError(f"--out {args.out}: a way is written as CSV: name it .csv")
     refuse_outputs(args, "out", "certificate", "result", "report")
     from borecheck.commands.compiling import tell_of_compiling
 

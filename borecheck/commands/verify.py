@@ -122,6 +122,8 @@ def _bound(args: argparse.Namespace) -> tuple[Verify, Sequence["NeedlePlan"]]:
 
     refuse_stray_corridor(args)
     margin = parse_length(args.margin) if args.margin is not None else 0.0
+    if margin < 0.0:
+        raise UsageError(f"--margin {args.margin}: a clearance is not negative")
     robot, scene = common.load(args), common.load_surroundings(args)
     verify_one = partial(
         verify, robot=robot, scene=scene, margin=margin, meshes=args.meshes

@@ -12,10 +12,12 @@ from borecheck.contact.verdict import CLEAR, CONTACT
 from borecheck.errors import UsageError
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.samples import checked_waypoints
+from borecheck.motion.turns import open_turns
 from borecheck.planning.connect import connect
 from borecheck.planning.edges import Edges
 from borecheck.planning.metric import metric_of, sampled_box
 from borecheck.planning.shorten import shorten
+from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
@@ -113,8 +115,25 @@ def route(
     if way is None:
         reason = f"no way found in {edges.asked} edges; there may be one"
         return Route(NONE_FOUND, reason, None, 0.0, edges.asked, seed)
-    way = shorten(way, edges, metric, rng)
+    way = with_ways_of_turning(robot.model, shorten(way, edges, metric, rng))
     way.setflags(write=False)
     length = metric.length(way)
     reason = f"{len(way) - 1} edges, {1e3 * length:.0f} mm at most for any point"
     return Route(FOUND, reason, way, length, edges.asked, seed)
+
+
+def with_ways_of_turning(model: RobotModel, way: Array) -> Array:
+    """The way with more waypoints, so that no step leaves open which way a joint turns.
+
+    A continuous joint that turns by half a turn or more in one step may as well be
+    driven the other way. A point of a proven edge is proven.
+
+    Args:
+        model: The robot's joints.
+        way: Configurations (k, joints).
+    """
+    while (turns := open_turns(model, way)) is not None:
+        steps = sorted(set(turns.steps))
+        middles = 0.5 * (way[steps] + way[np.array(steps) + 1])
+        way = np.insert(way, np.array(steps) + 1, middles, axis=0)
+    return way

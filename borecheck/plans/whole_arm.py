@@ -26,6 +26,8 @@ from borecheck.robots.kinematics.needle_task import NeedleTask
 from borecheck.robots.robot import Robot
 
 Array = NDArray[np.float64]
+# An arm that a drive leaves standing moves by rounding alone, [m] or [rad].
+STANDS_STILL = 1e-9
 # Of configurations (k, n) how much room there is, (k,): more is better.
 Room = Callable[[Array], Array]
 
@@ -104,8 +106,11 @@ def hold_motion(
     ends = np.abs(distances[[0, -1]] - (-standoff, plan.length)).max()
     if len(waypoints) < 2 or ends > TIP_TOLERANCE:
         raise UsageError("it does not go from the plan's stand-off to its target")
-    if (np.diff(distances) < -TIP_TOLERANCE).any():
+    # of the whole motion, not of each step: many small ones are a long way
+    if (np.maximum.accumulate(distances) - distances > TIP_TOLERANCE).any():
         raise UsageError("its needle goes back on its line")
+    if needle.insertion is not None:
+        _hold_drive(robot, needle.insertion, waypoints, distances)
     off, turned = line.strays(waypoints, distances)
     if not (off <= TIP_TOLERANCE and turned <= TURN_TOLERANCE):
         raise UsageError(
@@ -114,6 +119,24 @@ def hold_motion(
         )
     for k in (0, len(waypoints) // 2, -1):  # by Pinocchio, too
         line.hold(waypoints[k], float(distances[k]))
+
+
+def _hold_drive(robot: Robot, name: str, waypoints: Array, distances: Array) -> None:
+    """Asks whether the arm goes to the entry, and from there the drive alone goes on.
+
+    Raises:
+        UsageError: It does not.
+    """
+    index = robot.model.joint_names.index(name)
+    drive, arm = waypoints[:, index], np.delete(waypoints, index, axis=1)
+    before = distances <= TIP_TOLERANCE
+    if not np.any(np.abs(distances) <= TIP_TOLERANCE):
+        raise UsageError("it does not stop at the plan's entry")
+    entry = int(np.flatnonzero(before)[-1])
+    if np.abs(drive[before] - robot.model.lower[index]).max() > TIP_TOLERANCE:
+        raise UsageError(f"{name} drives the needle before the plan's entry")
+    if np.abs(arm[entry:] - arm[entry]).max() > STANDS_STILL:
+        raise UsageError(f"the arm moves while {name} is to drive the needle")
 
 
 def _stations(robot: Robot, plan: NeedlePlan, standoff: float) -> Stations:

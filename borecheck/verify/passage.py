@@ -129,8 +129,11 @@ class StatedCorridor:
         # The line goes through, or the polygon is seen edge on: then it is as thin as
         # it is near.
         around = float(np.linalg.norm(seen - np.roll(seen, -1, axis=0), axis=1).sum())
-        through = min(turns) >= 0.0 or max(turns) <= 0.0
-        if through and best * around <= abs(sum(turns)) + ROUNDING * around:
+        # A cut through a corner leaves two that differ by rounding, and a turn between
+        # them of any sign.
+        thin = ROUNDING * around
+        through = min(turns) >= -thin or max(turns) <= thin
+        if through and best * around <= abs(sum(turns)) + thin:
             return 0.0
         return best
 

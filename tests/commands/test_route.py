@@ -95,6 +95,10 @@ def test_an_end_in_contact_is_named_and_nothing_written(capsys, tmp_path):
         (["--to", "home", "--certificate", "c.json"], "--certificate needs --out"),
         (["--to", "home", "--edges", "0"], "at least one edge must be asked for"),
         (["--to", "q1=9"], "q1"),
+        (
+            ["--to", "home", "--out", "way.json"],
+            "a way is written as CSV",
+        ),
     ],
 )
 def test_what_is_no_route_is_one_line(capsys, more, saying):
@@ -109,3 +113,26 @@ def test_a_path_file_is_read_back_bit_for_bit(tmp_path):
     way = np.random.default_rng(0).normal(size=(5, 3)) * [1e-9, 1.0, 1e6]
     write_path(tmp_path / "p.csv", ("a", "b", "c"), way)
     np.testing.assert_array_equal(read_path(tmp_path / "p.csv", ("a", "b", "c")), way)
+
+
+@pytest.mark.parametrize("named", ["{}:straight", "{}"])
+def test_a_file_that_is_read_is_not_written_over(capsys, tmp_path, named):
+    """Plans are named FILE:PLAN: the file in it counts."""
+    plans = tmp_path / "plans.csv"
+    plans.write_text(PLANS.read_text())
+    words = ["route", *STAND, "--to", named.format(plans), "--out", plans]
+    status, out, err = run(capsys, *words)
+    assert (status, out) == (2, "")
+    assert "the file is read too; it would be lost" in err
+    assert plans.read_text() == PLANS.read_text()
+
+
+def test_a_mesh_with_unit_and_place_is_not_written_over(capsys, tmp_path):
+    report = tmp_path / "torso.html"  # not by its ending: it is an input
+    report.write_text("solid x\nendsolid x\n")
+    obstacle = f"{report}:mm:lps@0,0,1"
+    words = ["check", *STAND, "--q", "home", "--obstacle", obstacle]
+    status, _, err = run(capsys, *words, "--report", report)
+    assert status == 2
+    assert "the file is read too; it would be lost" in err
+    assert report.read_text().startswith("solid")

@@ -133,3 +133,22 @@ def test_what_is_no_question_is_refused(stand):
         route(robot, scene, robot.home, robot.home, most_edges=0)
     with pytest.raises(UsageError):
         route(robot, scene, robot.home, robot.home, margin=-1.0)
+
+
+def test_no_step_leaves_open_which_way_a_joint_turns(tmp_path):
+    """Short tools may turn far within one edge; what was proven is what is driven."""
+    urdf = (
+        "<robot name='r'><link name='a'/><link name='b'><collision><geometry>"
+        "<box size='0.01 0.01 0.01'/></geometry></collision></link>"
+        "<joint name='j' type='continuous'><parent link='a'/><child link='b'/>"
+        "<axis xyz='0 0 1'/></joint></robot>"
+    )
+    (tmp_path / "r.urdf").write_text(urdf)
+    robot = bc.load_robot(tmp_path / "r.urdf")
+    scene = bc.load_scene("ct_gantry")
+    for goal in (3.5, 6.0, -9.0):
+        found = route(robot, scene, [0.0], [goal])
+        assert found.status == FOUND
+        assert np.abs(np.diff(found.waypoints[:, 0])).max() < np.pi
+        np.testing.assert_array_equal(found.waypoints[[0, -1], 0], [0.0, goal])
+        assert bc.check_path(robot, scene, found.waypoints).clear

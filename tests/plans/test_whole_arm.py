@@ -168,3 +168,25 @@ def test_a_motion_that_is_not_the_plans_is_refused(arm, waypoints, spoil, says):
 def test_another_plans_motion_is_refused(arm):
     with pytest.raises(UsageError):
         motion_of_plan(arm, PLAN, plan_motion(arm, SLANTED).waypoints)
+
+
+def test_many_steps_back_are_a_way_back(arm, waypoints):
+    """Each of them within the tolerance of a step; together a retraction of 1.5 mm."""
+    line = NeedleLine(arm, arm.needle_with_tip(), PLAN.name, PLAN.entry, PLAN.direction)
+    last, before = waypoints[-1], waypoints[-2]
+    length = line.distance(last) - line.distance(before)
+    back = [last + k * 9e-6 / length * (before - last) for k in range(1, 160)]
+    with pytest.raises(UsageError, match="goes back"):
+        motion_of_plan(arm, PLAN, np.vstack([waypoints, back, last]))
+
+
+def test_what_a_drive_is_to_do_the_arm_may_not(driven):
+    waypoints = plan_motion(driven, PLAN).waypoints
+    motion_of_plan(driven, PLAN, waypoints)  # its own is taken
+    bare = bc.load_robot(driven.file, needle="needle_link", tip="needle_tip:z")
+    whole = plan_motion(bare, PLAN).waypoints  # every joint takes part
+    motion_of_plan(bare, PLAN, whole)
+    with pytest.raises(UsageError, match=r"the arm moves|drives the needle before"):
+        motion_of_plan(driven, PLAN, whole)
+    with pytest.raises(UsageError, match="does not stop at the plan's entry"):
+        motion_of_plan(driven, PLAN, np.delete(waypoints, -2, axis=0))

@@ -220,3 +220,34 @@ def test_a_corridor_tells_itself_in_millimetres() -> None:
         "from (0.0, 0.0, 0.0) to (0.0, 0.0, -50.0) mm, 2.80 mm beside it and "
         "2 mm beyond its ends"
     )
+
+
+def test_a_cut_through_a_corner_hides_no_triangle() -> None:
+    """The line pierces it; a cut 3 ulp from a corner leaves a turn of any sign."""
+    entry = [0.01986235963055016, -0.0830123026490275, 0.2557259033088112]
+    target = [0.029698959152069587, -0.02411396847821007, 0.26157633421225446]
+    triangle = [
+        [0.06508707906002699, -0.11572381927946178, 0.25261440330689533],
+        [-0.01001032987999199, -0.1065695845617166, 0.20980284929132625],
+        [-0.01024456957066368, -0.11509100536213028, 0.295984810973047],
+    ]
+    passage = Passage(0, 1, np.array(entry), np.array(target), 6e-4, SLACK, np.empty(0))
+    found = StatedCorridor(passage, np.array([triangle]))
+    for deepest in (-0.025, -0.025000000100000006, -0.02500000012):
+        assert found._met(-0.1, deepest, 1e-3)
+
+
+def test_a_pierced_triangle_is_met_wherever_it_is_cut(rng: np.random.Generator) -> None:
+    """Cuts at the depths of corners, and some ulp beside: the worst there are."""
+    for _ in range(300):
+        turn = rng.uniform(0.0, 2.0 * np.pi) + np.array([0.0, 2.1, 4.2])
+        depth = -0.03 + 0.005 * np.cos(turn - turn[0])
+        points = np.c_[0.05 * np.cos(turn), 0.05 * np.sin(turn), depth]
+        found = corridor(points[None])
+        for corner in found.patient[0]:
+            end = found._depth(corner) - ROUNDING
+            for beside in (-3, -1, 0, 1, 3):
+                at = end + beside * np.spacing(abs(end))
+                if at > depth.min() + 1e-9 and found._depth(ENTRY) > at:
+                    low, high = found._met(-0.1, at, 1e-3), found._met(at, 0.0, 1e-3)
+                    assert low or high
