@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from borecheck.planning.route import Route
     from borecheck.report.blocks import Block
     from borecheck.robots.robot import Robot
+    from borecheck.robots.scene import Scene
 
 # What `check` asks of its options besides those that both have.
 _AS_CHECKED = {
@@ -118,7 +119,7 @@ def run(args: argparse.Namespace) -> int:
         robot,
         scene,
         start,
-        _goal(robot, args.to),
+        _goal(robot, scene, args.to),
         parse_length(args.margin),
         seed=args.seed,
         most_edges=MOST_EDGES if args.edges is None else args.edges,
@@ -129,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
     return _checked(args, robot, found.waypoints, found)
 
 
-def _goal(robot: "Robot", text: str) -> "NDArray[np.float64]":
+def _goal(robot: "Robot", scene: "Scene", text: str) -> "NDArray[np.float64]":
     """The configuration that `--to` names, (joints,).
 
     Raises:
@@ -140,9 +141,10 @@ def _goal(robot: "Robot", text: str) -> "NDArray[np.float64]":
     file = text if Path(text).exists() else text.rpartition(":")[0] or text
     if not file.lower().endswith(PLAN_FILES):
         return np.array(common.configuration(robot, text, "--to"))
-    from borecheck.plans.plan_motion import plan_motion
+    from borecheck.motion.needle_motion import needle_motion
 
-    return plan_motion(robot, plan_named(text, "--to")).waypoints[0]
+    # the motion that `check --plan` takes: of several ways the one with most room
+    return needle_motion(robot, scene, plan_named(text, "--to")).waypoints[0]
 
 
 def _checked(

@@ -102,7 +102,17 @@ def checked(
         margin_kind=margin.kind,
         corridor_m=wide,
         needle=_stated(robot) if wide is not None else None,
-        warnings=_out_of_reach(robot, scene),
+        warnings=(*_out_of_reach(robot, scene), *_without_patient(scene, wide)),
+    )
+
+
+def _without_patient(scene: Scene, corridor: float | None) -> tuple[str, ...]:
+    """A needle that goes nowhere: most often a patient who was not given as one."""
+    if corridor is None or any(o.role == "patient" for o in scene.obstacles):
+        return ()
+    return (
+        "a needle's way is asked and there is no patient: what it goes into is not "
+        "looked at; give the body with --patient",
     )
 
 

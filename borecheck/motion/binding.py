@@ -23,7 +23,9 @@ from borecheck.motion.samples import checked_waypoints
 from borecheck.motion.turns import open_turns
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
+from borecheck.plans.plan_file import read_plans
 from borecheck.plans.plan_motion import PlanMotion, has_closed_form, motion_of_plan
+from borecheck.robots.given import length
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 from borecheck.verify.binding import Expected
@@ -51,9 +53,9 @@ def verify(
     scene: Scene | None = None,
     *,
     waypoints: ArrayLike | None = None,
-    plans: NeedlePlan | Sequence[NeedlePlan] | None = None,
+    plans: NeedlePlan | Sequence[NeedlePlan] | str | Path | None = None,
     corridor: Corridor | None = None,
-    margin: float = 0.0,
+    margin: float | str = 0.0,
     meshes: Meshes | None = None,
 ) -> Verification:
     """Checks a path certificate again, by code that shares nothing with the search.
@@ -67,9 +69,10 @@ def verify(
         robot: From `load_robot`.
         scene: From `load_scene`.
         waypoints: The path it should be of, (k, n), [m] and [rad].
-        plans: The needle plans of which it should be one; it is told by its name.
+        plans: The needle plans of which it should be one, or their file; it is told by
+            its name.
         corridor: Of a path: where its needle may be in the patient.
-        margin: The clearance it should show, [m]. Asked for only when bound.
+        margin: The clearance it should show, [m] or "5mm". Asked for only when bound.
         meshes: The `.npz` file with its meshes, or arrays (vertices, triangles); by
             default the file beside the certificate.
 
@@ -83,6 +86,9 @@ def verify(
     """
     if corridor is not None and waypoints is None:
         raise UsageError("a corridor goes with waypoints; a plan has its own")
+    margin = length(margin, "margin")
+    if isinstance(plans, str | Path):
+        plans = read_plans(plans)
     if all(one is None for one in (robot, scene, waypoints, plans)):
         return verify_alone(certificate, meshes)
     expect: Expect

@@ -4,19 +4,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from borecheck.contact.check import check
 from borecheck.contact.queries import queries
 from borecheck.contact.verdict import CLEAR, CONTACT
 from borecheck.errors import UsageError
 from borecheck.motion.robot_problem import path_problem
-from borecheck.motion.samples import checked_waypoints
 from borecheck.motion.turns import open_turns
 from borecheck.planning.connect import connect
 from borecheck.planning.edges import Edges
 from borecheck.planning.metric import metric_of, sampled_box
 from borecheck.planning.shorten import shorten
+from borecheck.robots.given import Given, configuration, length, refuse_others
 from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
@@ -62,9 +62,9 @@ class Route:
 def route(
     robot: Robot,
     scene: Scene,
-    start: ArrayLike,
-    goal: ArrayLike,
-    margin: float = 0.0,
+    start: Given,
+    goal: Given,
+    margin: float | str = 0.0,
     *,
     seed: int = 0,
     most_edges: int = MOST_EDGES,
@@ -78,9 +78,9 @@ def route(
     Args:
         robot: From `load_robot`.
         scene: From `load_scene`.
-        start: Where it stands, (joints,), [m] and [rad].
-        goal: Where it is wanted.
-        margin: Clearance to obstacles that is kept everywhere, [m].
+        start: Where it stands: positions in the joints' order, by name, or "home".
+        goal: Where it is wanted, likewise.
+        margin: Clearance to obstacles that is kept everywhere, [m] or "5mm".
         seed: Of the random configurations; the answer depends on it, not on time.
         most_edges: Edges asked for at most.
         progress: Called with edges asked for, and their limit.
@@ -91,7 +91,9 @@ def route(
     """
     if most_edges < 1:
         raise UsageError(f"at least one edge must be asked for, not {most_edges}")
-    ends = checked_waypoints(robot, np.array([start, goal], dtype=np.float64))
+    refuse_others(robot, scene)
+    margin = length(margin, "margin")
+    ends = np.array([configuration(robot, start), configuration(robot, goal)])
     for name, q in zip(("start", "goal"), ends, strict=True):
         verdict = check(robot, scene, q, margin=margin)
         if verdict.verdict != CLEAR:
@@ -117,9 +119,9 @@ def route(
         return Route(NONE_FOUND, reason, None, 0.0, edges.asked, seed)
     way = with_ways_of_turning(robot.model, shorten(way, edges, metric, rng))
     way.setflags(write=False)
-    length = metric.length(way)
-    reason = f"{len(way) - 1} edges, {1e3 * length:.0f} mm at most for any point"
-    return Route(FOUND, reason, way, length, edges.asked, seed)
+    far = metric.length(way)
+    reason = f"{len(way) - 1} edges, {1e3 * far:.0f} mm at most for any point"
+    return Route(FOUND, reason, way, far, edges.asked, seed)
 
 
 def with_ways_of_turning(model: RobotModel, way: Array) -> Array:

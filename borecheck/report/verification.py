@@ -66,7 +66,7 @@ def verification_text(document: Mapping[str, Any]) -> Iterator[str]:
         yield from _one(block, f" {block['file']}" if named else "")
     yield from case_lines(document)
     for name in document.get("plans_without", ()):
-        yield f"no certificate given for the plan {name}"
+        yield f"no certificate accepted for the plan {name}"
     if several:
         rejected = [block["file"] for block in blocks if not block["accepted"]]
         accepted = (

@@ -8,6 +8,7 @@ import pytest
 
 import borecheck as bc
 from borecheck.cli import main
+from borecheck.planning.route import NONE_FOUND, Route
 from borecheck.plans.path_file import read_path, write_path
 from tests.places import PROJECT
 
@@ -136,3 +137,32 @@ def test_a_mesh_with_unit_and_place_is_not_written_over(capsys, tmp_path):
     assert status == 2
     assert "the file is read too; it would be lost" in err
     assert report.read_text().startswith("solid")
+
+
+def test_a_way_ends_where_the_certified_plan_begins(capsys, tmp_path, monkeypatch):
+    """An arm that can begin in several ways begins in one: check's and route's."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["examples", "."]) == 0
+    plans = (tmp_path / "plans.csv").read_text().splitlines()
+    (tmp_path / "one.csv").write_text("\n".join(plans[:2]) + "\n")
+    check = ["check", "case.toml", "--plan", "one.csv", "--certificate", "c.json"]
+    assert run(capsys, *check)[0] == 0
+    begins = json.loads((tmp_path / "c.json").read_text())["waypoints"][0]
+    seen = []
+
+    def asked(robot, scene, start, goal, *rest, **more):
+        seen.append(goal)
+        return Route(NONE_FOUND, "not searched", None, 0.0, 0, 0)
+
+    monkeypatch.setattr("borecheck.planning.route.route", asked)
+    assert run(capsys, "route", "case.toml", "--to", "one.csv")[0] == 2
+    np.testing.assert_allclose(seen[0], begins, atol=1e-12)
+
+
+def test_python_takes_what_a_configuration_is_elsewhere():
+    robot, scene = bc.load_robot("zerobot"), bc.load_scene("ct_gantry")
+    found = bc.route(robot, scene, "home", {"q1": 0.05}, "5mm")
+    assert found.found
+    assert found.waypoints[-1][robot.model.joint_names.index("q1")] == 0.05
+    with pytest.raises(bc.BorecheckError, match="swapped"):
+        bc.route(scene, robot, "home", "home")

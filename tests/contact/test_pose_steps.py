@@ -288,6 +288,7 @@ def test_progress_is_told_after_every_pose(monkeypatch):
         gathered.close_pose({"exact": False}, {"exact": False}, [])
 
     monkeypatch.setattr(comparing, "_compare_pose", close)
+    monkeypatch.setattr(comparing, "refuse_others", lambda *given: None)
     robot = SimpleNamespace(model=SimpleNamespace(joint_names=("q",)))
     found = comparing.compare(
         robot, None, None, checkers=[], progress=lambda *given: told.append(given)

@@ -180,7 +180,7 @@ def test_names_with_colons():
 
 
 def test_natural_mistakes_are_told(folder):
-    with pytest.raises(UsageError, match=r"allow is a list of pairs: give \['a:b'\]"):
+    with pytest.raises(UsageError, match=r"allow is a string: give a list, \['a:b'\]"):
         load(folder, allow="a:b")
     with pytest.raises(UsageError, match="--trust-never goes with --srdf"):
         load(folder, trust_never=True)

@@ -286,7 +286,7 @@ TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     [
         (TRIANGLE[:, :2], [[0, 1, 2]], "vertices have shape"),
         (TRIANGLE, [[0, 1]], "triangles have shape"),
-        (TRIANGLE, np.zeros((0, 3), int), "triangles have shape"),
+        (TRIANGLE, np.zeros((0, 3), int), "has no triangles"),
         (TRIANGLE, [[0, 1, 3]], "names vertex 3"),
         (TRIANGLE, [[0, 1, -1]], "names vertex"),
         (TRIANGLE, [[0.0, 1.0, 2.0]], "float64"),
