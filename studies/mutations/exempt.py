@@ -156,8 +156,8 @@ EQUIVALENT = {
         "numpy takes any negative length of a shape for the one to be found"
     ),
     "borecheck/verify/passage.py StatedCorridor._aside_of: "
-    "best * around <= abs(sum(turns)) + ROUNDING * around -> "
-    "best * around < abs(sum(turns)) + ROUNDING * around": (
+    "best * around <= abs(sum(turns)) + thin -> "
+    "best * around < abs(sum(turns)) + thin": (
         "both differ by far more or by far less than the rounding that is added"
     ),
     "borecheck/verify/passage.py StatedCorridor._aside_of: -1 -> 1": (
@@ -167,7 +167,7 @@ EQUIVALENT = {
         "a place along a side of no length: any is the same point"
     ),
     "borecheck/verify/passage.py StatedCorridor._aside_of: "
-    "min(turns) >= 0.0 -> min(turns) > 0.0": (
+    "min(turns) >= -thin -> min(turns) > -thin": (
         "through a side or a corner the line is at distance 0 from it anyway"
     ),
     "borecheck/verify/solid.py _is_free: point <= high -> point < high": (
