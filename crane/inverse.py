@@ -79,6 +79,8 @@ def inverse_q5_q6(
     """
     d = from_arguments(arguments, perturbed)
     p8, n = _in_base(d, tip, direction, q8)
+    if not (math.isfinite(q5) and math.isfinite(q6)):
+        raise ValueError(f"q5 = {q5}, q6 = {q6}: a number is not finite")
     angles, none, free = q4_roots(n, np.array(q5), np.array(q6))
     if none:
         return Branches(())

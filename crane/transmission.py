@@ -135,9 +135,12 @@ def identify(
 
     Raises:
         ValueError: Too few samples, numbers that are not finite, a motor that stands
-            still, or motors driven in step.
+            still, a joint that never moves, or motors driven in step.
     """
     M, Q = _checked(motors, joints)
+    stuck = [f"q{5 + i}" for i in np.flatnonzero(np.ptp(Q, axis=0) == 0.0)]
+    if stuck:
+        raise ValueError(f"{', '.join(stuck)} does not move: encoder or cable?")
     condition = _condition(M, intercept)
     cable, errors = np.zeros((4, 4)), np.zeros((4, 4))
     offset, rms = np.zeros(4), np.zeros(4)

@@ -210,3 +210,9 @@ def test_many_needles_at_once_are_the_same():
         for mine, theirs in zip(given, one.configurations, strict=True):
             np.testing.assert_allclose(mine, theirs, atol=1e-13)
     assert {0, 2} <= counts
+
+
+@pytest.mark.parametrize(("q5", "q6"), [(math.nan, 0.0), (0.0, math.inf)])
+def test_angles_that_are_no_numbers_are_refused(q5, q6):
+    with pytest.raises(ValueError, match="not finite"):
+        inverse_q5_q6([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], q5, q6, 0.0)

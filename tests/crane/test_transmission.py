@@ -133,3 +133,12 @@ def test_rounding_is_to_the_nearest_step():
     assert rounded(0.26, 0.5) == 0.5
     assert rounded(-0.24, 0.5) == 0.0
     assert rounded(0.24, 0.0) == 0.24
+
+
+@pytest.mark.parametrize("reading", [0.0, 0.3])
+def test_a_joint_that_never_moves_is_no_coupling(reading):
+    rng = np.random.default_rng(6)
+    motors, joints = rng.normal(size=(2, 40, 4))
+    joints[:, 0] = reading
+    with pytest.raises(ValueError, match="q5 does not move"):
+        identify(motors, joints)
