@@ -48,18 +48,29 @@ def many_q5_q6(
         q4 is free, q4 = 0 and the second row is NaN.
     """
     d = from_arguments(arguments, perturbed)
-    c, s = np.cos(d.base_yaw), np.sin(d.base_yaw)
-    R_base_I = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    n = np.asarray(directions, float)
-    base = np.array([d.base_x, d.base_y, d.base_z])
-    p8 = (np.asarray(tips, float) - base - d.ahead * n) @ R_base_I.T
-    n = n @ R_base_I.T
+    p8, n = seen_from_base(d, np.asarray(tips, float), np.asarray(directions, float))
     q5, q6, q8 = (np.asarray(v, float) for v in (q5, q6, q8))
     (plus, minus), none, free = q4_roots(n, q5, q6)
     q = np.stack([finished(d, p8, n, q4, q5, q6, q8) for q4 in (plus, minus)], axis=-2)
     q[none] = np.nan
     q[free, 1] = np.nan
     return q
+
+
+def seen_from_base(
+    d: Dimensions, tips: Array, directions: Array
+) -> tuple[Array, Array]:
+    """Origins of frame 8 [m] and directions of needles in I, seen from the base.
+
+    Args:
+        d: The dimensions.
+        tips: Needle tips, (..., 3), [m].
+        directions: Unit directions, (..., 3).
+    """
+    c, s = np.cos(d.base_yaw), np.sin(d.base_yaw)
+    R_I_base = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    base = np.array([d.base_x, d.base_y, d.base_z])
+    return (tips - base - d.ahead * directions) @ R_I_base, directions @ R_I_base
 
 
 def q4_roots(
@@ -113,13 +124,14 @@ def finished(
     z5 = np.stack([zero, C4, S4], -1)
     x5 = np.stack([C5, S5 * S4, -S5 * C4], -1)
     z6 = np.stack([S5, -C5 * S4, C5 * C4], -1)
-    x6 = _times(np.cos(q6), x5) + _times(np.sin(q6), z5)
-    z7 = _times(np.cos(q6), z5) - _times(np.sin(q6), x5)
+    x6 = times(np.cos(q6), x5) + times(np.sin(q6), z5)
+    z7 = times(np.cos(q6), z5) - times(np.sin(q6), x5)
     q7 = np.arctan2(-np.sum(n * z6, -1), np.sum(n * x6, -1))
-    x7 = _times(np.sin(q7), x6) + _times(np.cos(q7), z6)
-    p5 = p8 - _times(d.d8 + q8, n) - d.a8 * x7 - d.d7 * z7 - d.a7 * x6 - d.a6 * x5
+    x7 = times(np.sin(q7), x6) + times(np.cos(q7), z6)
+    p5 = p8 - times(d.d8 + q8, n) - d.a8 * x7 - d.d7 * z7 - d.a7 * x6 - d.a6 * x5
     return np.stack([-p5[..., 1], p5[..., 2], p5[..., 0], q4, q5, q6, q7, q8], -1)
 
 
-def _times(by: Array, v: Array) -> Array:
+def times(by: Array, v: Array) -> Array:
+    """Every vector v (..., 3) times its number."""
     return np.asarray(by)[..., None] * v

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from crane.kinematics import forward
 from crane.registration import Registration, chained, pose_covariance, register
+from crane.turning import turns
 
 Array = NDArray[np.float64]
 
@@ -119,19 +120,8 @@ def read_pose(T: ArrayLike, readings: int, rng: np.random.Generator) -> Registra
     """T_tracker_sensor as the average of some readings tells it."""
     shift, turn = (s / np.sqrt(readings) for s in (TRACKER_SHIFT, TRACKER_TURN))
     off = np.eye(4)
-    off[:3, :3] = small_turn(rng.normal(scale=turn / np.sqrt(3.0), size=3))
+    off[:3, :3] = turns(rng.normal(scale=turn / np.sqrt(3.0), size=(1, 3)))[0]
     T = np.array(T, float)
     T[:3, :3] = off[:3, :3] @ T[:3, :3]
     T[:3, 3] = noisy(T[:3, 3], shift, rng)
     return Registration(T, pose_covariance(T, shift, turn))
-
-
-def small_turn(w: ArrayLike) -> Array:
-    """Rodrigues' formula for a turn w, [rad]."""
-    w = np.asarray(w, float)
-    angle = float(np.linalg.norm(w))
-    if angle == 0.0:
-        return np.eye(3)
-    x, y, z = w / angle
-    W = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * W + (1.0 - np.cos(angle)) * W @ W)

@@ -15,7 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck_models import closed_form
 from borecheck_models.closed_form import Solutions, needle_asked_for
-from crane.branches import AT_THE_EDGE, FREE, finished, q4_roots, room
+from crane.branches import (
+    AT_THE_EDGE,
+    FREE,
+    finished,
+    q4_roots,
+    room,
+    seen_from_base,
+    times,
+)
 from crane.dimensions import ANGLES, LIMITS, Dimensions, from_arguments
 
 Array = NDArray[np.float64]
@@ -125,19 +133,19 @@ def inverse_roll(
     tip, n = _in_base(d, tip, direction, 0.0)
     psi, q7, q8 = np.broadcast_arrays(*(np.asarray(v, float) for v in (psi, q7, q8)))
     e1, e2 = roll_axes(n)
-    x8 = _times(np.cos(psi), e1) + _times(np.sin(psi), e2)
-    x6 = _times(np.sin(q7), x8) + _times(np.cos(q7), n)
-    z6 = _times(np.cos(q7), x8) - _times(np.sin(q7), n)
+    x8 = times(np.cos(psi), e1) + times(np.sin(psi), e2)
+    x6 = times(np.sin(q7), x8) + times(np.cos(q7), n)
+    z6 = times(np.cos(q7), x8) - times(np.sin(q7), n)
     z7 = np.cross(x8, n)
     x = np.array([1.0, 0.0, 0.0])
     S5 = z6[..., 0]
-    x5 = x - _times(S5, z6)
+    x5 = x - times(S5, z6)
     C5 = np.linalg.norm(x5, axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         x5 = np.where(C5[..., None] > FREE, x5 / C5[..., None], np.nan)
     z5 = np.cross(z6, x5)
-    x4 = _times(C5, z6) - _times(S5, x5)
-    p5 = tip - _times(d.d8 + q8, n) - d.a8 * x8 - d.d7 * z7 - d.a7 * x6 - d.a6 * x5
+    x4 = times(C5, z6) - times(S5, x5)
+    p5 = tip - times(d.d8 + q8, n) - d.a8 * x8 - d.d7 * z7 - d.a7 * x6 - d.a6 * x5
     q4 = np.arctan2(-x4[..., 1], x4[..., 2])
     q6 = np.arctan2(np.sum(x6 * z5, axis=-1), np.sum(x6 * x5, axis=-1))
     q5 = np.arctan2(S5, C5)
@@ -241,13 +249,5 @@ def _in_base(
     d: Dimensions, tip: ArrayLike, direction: ArrayLike, number: float
 ) -> tuple[Array, Array]:
     """Where frame 8 must be [m], and the unit direction, seen from the base."""
-    tip, n = needle_asked_for(tip, direction, number)
-    c, s = math.cos(d.base_yaw), math.sin(d.base_yaw)
-    R_base_I = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    away = tip - np.array([d.base_x, d.base_y, d.base_z]) - d.ahead * n
-    n = R_base_I @ n
-    return R_base_I @ away, n / math.hypot(*n)
-
-
-def _times(by: Array, v: Array) -> Array:
-    return np.asarray(by)[..., None] * v
+    p8, n = seen_from_base(d, *needle_asked_for(tip, direction, number))
+    return p8, n / math.hypot(*n)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from borecheck_models.closed_form import Solutions as Solutions
+from crane.branches import times
 from crane.dimensions import Dimensions as Dimensions
 from crane.dimensions import dimensions as dimensions
 from crane.dimensions import from_arguments
@@ -58,20 +59,20 @@ def forward(
     d = from_arguments(arguments, perturbed)
     q1, q2, q3, q4, q5, q6, q7, q8 = _joint_values(q)
     one = np.ones_like(q1)
-    x, y, z = (_scaled(one, axis) for axis in _base_axes(d))
+    x, y, z = (times(one, axis) for axis in _base_axes(d))
     origin = np.array([d.base_x, d.base_y, d.base_z])
-    p1 = origin - _scaled(q1, y)
-    p2 = p1 + _scaled(q2, z)
-    p4 = p2 + _scaled(q3, x)
+    p1 = origin - times(q1, y)
+    p2 = p1 + times(q2, z)
+    p4 = p2 + times(q3, x)
     x4, z5 = _turned(-q4, z, y)
     x5, z6 = _turned(-q5, x, x4)
     x6, z7 = _turned(q6, x5, z5)
     n, x7 = _turned(-q7, x6, z6)
     p6 = p4 + d.a6 * x5
     p7 = p6 + d.a7 * x6 + d.d7 * z7
-    p8 = p7 + d.a8 * x7 + _scaled(d.d8 + q8, n)
+    p8 = p7 + d.a8 * x7 + times(d.d8 + q8, n)
     placed = {
-        "I": _frame(_scaled(one, np.eye(3)[0]), _scaled(one, np.eye(3)[2]), 0 * p1),
+        "I": _frame(times(one, np.eye(3)[0]), times(one, np.eye(3)[2]), 0 * p1),
         "W": _frame(x, z, origin + 0 * p1),
         "0": _frame(x, -y, origin + 0 * p1),
         "1": _frame(x, -y, p1),
@@ -184,11 +185,7 @@ def _base_axes(d: Dimensions) -> Array:
 def _turned(angle: Array, u: Array, v: Array) -> tuple[Array, Array]:
     """The perpendicular axes u and v, turned by an angle from u towards v."""
     C, S = np.cos(angle), np.sin(angle)
-    return _scaled(C, u) + _scaled(S, v), _scaled(C, v) - _scaled(S, u)
-
-
-def _scaled(by: Array, v: Array) -> Array:
-    return by[..., None] * v
+    return times(C, u) + times(S, v), times(C, v) - times(S, u)
 
 
 def _frame(x: Array, z: Array, origin: Array) -> Array:

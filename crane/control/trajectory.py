@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crane.control.plant import turns
+from crane.turning import turns
 
 Array = NDArray[np.float64]
 

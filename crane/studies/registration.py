@@ -17,10 +17,10 @@ from crane.calibration_motion import (
     calibrated,
     noisy,
     sensor_in_robot,
-    small_turn,
     stage_trajectory,
 )
 from crane.registration import register, uncertainty
+from crane.turning import turns
 
 Array = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def study(seeds: int, seed: int) -> dict[str, Any]:
 def tracker_place() -> Array:
     """Where the tracker stands, arbitrary."""
     T = np.eye(4)
-    T[:3, :3], T[:3, 3] = small_turn([0.4, -0.9, 2.0]), [0.3, -0.2, 0.1]
+    T[:3, :3], T[:3, 3] = turns([[0.4, -0.9, 2.0]])[0], [0.3, -0.2, 0.1]
     return T
 
 

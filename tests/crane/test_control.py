@@ -21,12 +21,13 @@ from crane.control.laws import (
 )
 from crane.control.loop import closed_loop, ideal, open_loop
 from crane.control.motors import sampled_loop
-from crane.control.plant import PERFECT, Plant, followed, turns
+from crane.control.plant import PERFECT, Plant, followed
 from crane.control.trajectory import AHEAD, ANGLE, cone, held, path_per_step
 from crane.kinematics import forward
 from crane.statics import Mechanics, tube_compliance
 from crane.studies.control import START, lag_law
 from crane.transmission import CABLE
+from crane.turning import turns
 
 Q0 = np.array(START)
 T0 = forward(Q0)["8"]

@@ -13,7 +13,6 @@ from crane.calibration_motion import (
     noisy,
     read_pose,
     sensor_in_robot,
-    small_turn,
     stage_trajectory,
 )
 from crane.kinematics import forward
@@ -25,6 +24,7 @@ from crane.registration import (
     uncertainty,
 )
 from crane.studies.registration import affine, chain, drawn, tracker_place
+from crane.turning import turns
 
 CLOUD = np.array(FIDUCIALS)
 T = tracker_place()
@@ -34,7 +34,7 @@ THERE = CLOUD @ T[:3, :3].T + T[:3, 3]
 def small(twist):
     """1 + error: shift and turn about the origin."""
     E = np.eye(4)
-    E[:3, :3], E[:3, 3] = small_turn(twist[3:]), twist[:3]
+    E[:3, :3], E[:3, 3] = turns(twist[None, 3:])[0], twist[:3]
     return E
 
 
