@@ -17,7 +17,7 @@ from borecheck.motion.check import check_motion
 from borecheck.motion.needle_motion import needle_motion
 from borecheck.motion.samples import DEFAULT_SAMPLES, MotionVerdict
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.plans.plan_file import read_plans
+from borecheck.plans.plan_file import given_plans
 from borecheck.plans.plan_motion import UnreachableError
 from borecheck.robots.description import Solutions
 from borecheck.robots.given import configuration, length, refuse_others
@@ -77,16 +77,9 @@ def check_plans(
         UsageError: No needle, or what is given is none of these.
     """
     refuse_others(robot, scene)
-    if isinstance(plans, str | Path):
-        plans = read_plans(Path(plans))
-    found = [plans] if isinstance(plans, NeedlePlan) else list(plans)
-    for plan in found:
-        if not isinstance(plan, NeedlePlan):
-            kind = type(plan).__name__
-            raise UsageError(f"plans holds a {kind}: give a file, or NeedlePlans")
     chosen = settings(margin=length(margin, "margin"))
     answers = []
-    for plan in found:
+    for plan in given_plans(plans):
         try:
             motion = needle_motion(robot, scene, plan)
         except UnreachableError as error:
@@ -229,10 +222,7 @@ def show(
     about = checked(robot, scene, chosen.margin)
     content: dict[str, Any] = {
         **parts.header("check", ["(from Python)"], None),
-        "robot": parts.robot_block(robot),
-        "scene": parts.scene_block(scene),
-        "checked": about.to_json(),
-        "warnings": [*robot.warnings, *scene.warnings, *about.warnings],
+        **parts.about_block(robot, scene, about),
         **parts.verdict_block(verdict, robot.model.joint_names),
         **parts.allowed_block(robot, verdict.itself.to_json()),
     }

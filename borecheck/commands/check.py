@@ -123,14 +123,8 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
     from borecheck.commands.exit_status import ExitStatus, of_verdict
     from borecheck.contact.checked import checked
     from borecheck.contact.settings import settings
-    from borecheck.report.document import (
-        allowed_block,
-        header,
-        robot_block,
-        scene_block,
-    )
+    from borecheck.report.document import about_block, header
     from borecheck.report.text import check_text
-    from borecheck.report.touching import touching
 
     chosen = settings(
         args.checker,
@@ -152,10 +146,7 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
     about = replace(about, warnings=(*about.warnings, *turned))
     document: dict[str, Any] = {
         **header("check", args.argv, args.date),
-        "robot": robot_block(robot),
-        "scene": scene_block(scene),
-        "checked": about.to_json(),
-        "warnings": [*robot.warnings, *scene.warnings, *about.warnings],
+        **about_block(robot, scene, about),
         **(more or {}),
     }
     asked = Asked(args, robot, scene, chosen, plans, waypoints, corridor)
@@ -163,10 +154,7 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
     if path is not None:
         add_times(document, path)
     weighed(document)
-    for block in document.get("plans", [document]):
-        if "contacts" in block:  # else it is out of reach
-            block["touching"] = touching(robot, scene, block)
-    document |= allowed_block(robot, document["itself"])
+    _add_touching(document, robot, scene)
     complete = not files or _certify(document, robot, scene, files, asked.proofs)
     if wants_display(args):
         from borecheck.report.display import display_block
@@ -178,6 +166,17 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
     status = of_verdict(document["verdict"])
     # clear, but not all that was asked for could be given
     return status if complete or status else ExitStatus.COULD_NOT
+
+
+def _add_touching(document: dict[str, Any], robot: "Robot", scene: "Scene") -> None:
+    """Adds where links touch, and which of them may."""
+    from borecheck.report.document import allowed_block
+    from borecheck.report.touching import touching
+
+    for block in document.get("plans", [document]):
+        if "contacts" in block:  # else it is out of reach
+            block["touching"] = touching(robot, scene, block)
+    document |= allowed_block(robot, document["itself"])
 
 
 def _many_turns(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from borecheck.commands import check, common
 from borecheck.commands.options.allowed import add_allowed, add_explain
-from borecheck.commands.options.needle import PLAN_FILES, add_needle, plan_named
+from borecheck.commands.options.needle import add_needle, names_plans, plan_named
 from borecheck.commands.output import emit, refuse_outputs
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
@@ -127,7 +127,7 @@ def run(args: argparse.Namespace) -> int:
     )
     if found.waypoints is None:
         return _no_way(args, robot, scene, found)
-    return _checked(args, robot, found.waypoints, found)
+    return _checked(args, robot, found, found.waypoints)
 
 
 def _goal(robot: "Robot", scene: "Scene", text: str) -> "NDArray[np.float64]":
@@ -138,8 +138,7 @@ def _goal(robot: "Robot", scene: "Scene", text: str) -> "NDArray[np.float64]":
     """
     import numpy as np
 
-    file = text if Path(text).exists() else text.rpartition(":")[0] or text
-    if not file.lower().endswith(PLAN_FILES):
+    if not names_plans(text):
         return np.array(common.configuration(robot, text, "--to"))
     from borecheck.motion.needle_motion import needle_motion
 
@@ -150,8 +149,8 @@ def _goal(robot: "Robot", scene: "Scene", text: str) -> "NDArray[np.float64]":
 def _checked(
     args: argparse.Namespace,
     robot: "Robot",
-    way: "NDArray[np.float64]",
     found: "Route",
+    way: "NDArray[np.float64]",
 ) -> int:
     """The path as it was written, checked as any path file is."""
     from tempfile import TemporaryDirectory
@@ -182,16 +181,12 @@ def _no_way(
     args: argparse.Namespace, robot: "Robot", scene: Any, found: "Route"
 ) -> int:
     from borecheck.commands.exit_status import of_verdict
-    from borecheck.planning.route import END_TOUCHES
-    from borecheck.report.document import header, robot_block, scene_block
+    from borecheck.report.document import about_block, header
 
-    touches = found.status == END_TOUCHES and " touches" in found.reason
     document = {
         **header("route", args.argv, args.date),
-        "robot": robot_block(robot),
-        "scene": scene_block(scene),
-        "warnings": [*robot.warnings, *scene.warnings],
-        "verdict": "contact" if touches else "unknown",
+        **about_block(robot, scene),
+        "verdict": found.verdict,
         "reason": found.reason,
         "route": _block(args, found),
     }

@@ -33,7 +33,7 @@ from borecheck.contact.verdict import (
     Verdict,
 )
 from borecheck.plans.corridor import Corridor
-from borecheck.robots.given import Given, configuration, length, refuse_others
+from borecheck.robots.given import Given, length, positions, refuse_others
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
@@ -72,7 +72,7 @@ def check(
     """
     refuse_others(robot, scene)
     chosen = settings(checker, pruning, length(margin, "margin"), margin_kind)
-    return check_with(robot, scene, configuration(robot, q), chosen, corridor)
+    return check_with(robot, scene, positions(robot, q), chosen, corridor)
 
 
 def check_with(

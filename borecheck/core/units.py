@@ -16,6 +16,9 @@ FARTHEST_POSE = 10.0
 # Nobody turns a thing by more than once round; rounded up, as 6.2832 is typed, [rad].
 LARGEST_TURN = 2.0 * math.pi + 1e-3
 
+# Python's float() also takes 1_000 and digits of other scripts; our files do not.
+PLAIN_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+
 _QUANTITY = re.compile(
     r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*", re.ASCII
 )

@@ -23,7 +23,7 @@ from borecheck.motion.samples import checked_waypoints
 from borecheck.motion.turns import open_turns
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.plans.plan_file import read_plans
+from borecheck.plans.plan_file import given_plans
 from borecheck.plans.plan_motion import PlanMotion, has_closed_form, motion_of_plan
 from borecheck.robots.given import length
 from borecheck.robots.robot import Robot
@@ -87,13 +87,11 @@ def verify(
     if corridor is not None and waypoints is None:
         raise UsageError("a corridor goes with waypoints; a plan has its own")
     margin = length(margin, "margin")
-    if isinstance(plans, str | Path):
-        plans = read_plans(plans)
     if all(one is None for one in (robot, scene, waypoints, plans)):
         return verify_alone(certificate, meshes)
     expect: Expect
     if robot is not None and scene is not None and waypoints is None and plans:
-        some = [plans] if isinstance(plans, NeedlePlan) else list(plans)
+        some = given_plans(plans)
         expect = partial(_of_plan, robot, scene, some, margin)
     elif robot is not None and scene is not None and waypoints is not None:
         if plans is not None:

@@ -19,14 +19,12 @@ class Edges:
 
     Attributes:
         asked: How many edges were asked for.
-        searched: How many of them the certified search decided.
     """
 
     def __init__(self, problem: PathProblem, quick: Queries) -> None:
         self._problem = problem
         self._quick = quick
         self.asked = 0
-        self.searched = 0
 
     def clear(self, a: Array, b: Array) -> bool:
         """Whether every instant from a to b is proven clear."""
@@ -34,9 +32,4 @@ class Edges:
         shares = np.linspace(1.0, 0.0, LOOKS, endpoint=False)[:, None]
         if self._quick.touches(a + shares * (b - a)).any():
             return False
-        self.searched += 1
         return search(self._problem, np.array([a, b])).clear
-
-    def touches(self, q: Array) -> bool:
-        """Whether a single configuration touches, or may."""
-        return bool(self._quick.touches(q[None])[0])

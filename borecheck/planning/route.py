@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from borecheck.contact.check import check
 from borecheck.contact.queries import queries
-from borecheck.contact.verdict import CLEAR, CONTACT
+from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN
 from borecheck.errors import UsageError
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.turns import open_turns
@@ -36,6 +36,7 @@ class Route:
     Attributes:
         status: "found"; "none found": nothing is said about whether there is one; or
             "an end is not clear".
+        verdict: "clear"; "contact" where an end touches; else "unknown".
         reason: What was found, in words.
         waypoints: Configurations (k, joints), straight between; None without a way.
         length: Of the way: the largest motion of any point of the robot, summed, [m].
@@ -44,6 +45,7 @@ class Route:
     """
 
     status: str
+    verdict: str
     reason: str
     waypoints: Array | None
     length: float
@@ -99,7 +101,7 @@ def route(
         if verdict.verdict != CLEAR:
             what = "touches" if verdict.verdict == CONTACT else "is not proven clear"
             reason = f"the {name} {what}: {verdict.reason}"
-            return Route(END_TOUCHES, reason, None, 0.0, 0, seed)
+            return Route(END_TOUCHES, verdict.verdict, reason, None, 0.0, 0, seed)
     problem = path_problem(robot, scene, margin)
     edges = Edges(problem, queries(robot, scene, margin))
     metric = metric_of(problem, robot.model)
@@ -116,12 +118,12 @@ def route(
     )
     if way is None:
         reason = f"no way found in {edges.asked} edges; there may be one"
-        return Route(NONE_FOUND, reason, None, 0.0, edges.asked, seed)
+        return Route(NONE_FOUND, UNKNOWN, reason, None, 0.0, edges.asked, seed)
     way = with_ways_of_turning(robot.model, shorten(way, edges, metric, rng))
     way.setflags(write=False)
     far = metric.length(way)
     reason = f"{len(way) - 1} edges, {1e3 * far:.0f} mm at most for any point"
-    return Route(FOUND, reason, way, far, edges.asked, seed)
+    return Route(FOUND, CLEAR, reason, way, far, edges.asked, seed)
 
 
 def with_ways_of_turning(model: RobotModel, way: Array) -> Array:

@@ -92,6 +92,11 @@ class NeedleLine:
             f"and turned by {turned:.3g}: that motion is not the plan's"
         )
 
+    def hold_some(self, waypoints: Array, distances: Array) -> None:
+        """Holds the first, a middle and the last waypoint by Pinocchio; see `hold`."""
+        for k in (0, len(waypoints) // 2, -1):
+            self.hold(waypoints[k], float(distances[k]))
+
     def distance(self, q: Array) -> float:
         """How far along the line the tip is, from the entry, [m]."""
         T = self._robot.placements(q)[self._frame]

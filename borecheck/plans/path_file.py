@@ -7,7 +7,6 @@ are read by `trajectory_file`.
 
 import csv
 import math
-import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
@@ -20,15 +19,13 @@ from borecheck.core.csv_columns import (
     separator_problem,
     unit_columns,
 )
+from borecheck.core.units import PLAIN_NUMBER
 from borecheck.core.whole_files import write_whole
 from borecheck.errors import PlanError, UnknownNameError
 from borecheck.plans.joint_path import JointPath, first_not_after, time_note
 from borecheck.plans.trajectory_file import SUFFIXES, read_trajectory
 
 MAX_BYTES = 50_000_000
-
-# Python's float() also takes 1_000 and digits of other scripts; a path does not.
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
 # Columns of times and their factor to seconds; a joint of that name comes first.
@@ -168,7 +165,7 @@ def _columns(
 def _no_header(header: list[str], joint_names: Sequence[str]) -> str | None:
     """One line if the first row is no header of joints, but numbers or a plan's."""
     expected = f"expected a header with the joints: {','.join(joint_names)}"
-    if all(_NUMBER.fullmatch(cell) for cell in header):
+    if all(PLAIN_NUMBER.fullmatch(cell) for cell in header):
         return f"has no header; {expected}, then a waypoint a line"
     if {"entry_x", "target_x"} <= {cell.partition("_mm")[0] for cell in header}:
         return f"holds needle plans (entry, target): give it as --plan; {expected}"
@@ -177,7 +174,7 @@ def _no_header(header: list[str], joint_names: Sequence[str]) -> str | None:
 
 def _number(path: Path, line: int, name: str, cell: str) -> float:
     text = cell.strip()
-    value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    value = float(text) if PLAIN_NUMBER.fullmatch(text) else math.nan
     if not math.isfinite(value):
         raise PlanError(
             path, f"{cell.strip()!r} is no finite number", f"line {line}, {name}"

@@ -5,7 +5,6 @@ one clear line. What a file may leave to a convention is noted in the plan.
 """
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.core.patient_frame import FRAMES, scanner_from_patient
-from borecheck.core.units import LENGTH_UNITS, parse_angle
+from borecheck.core.units import LENGTH_UNITS, PLAIN_NUMBER, parse_angle
 from borecheck.errors import BorecheckError, PlanError, UnknownNameError
 from borecheck.plans.needle_plan import NeedlePlan
 
@@ -26,9 +25,6 @@ OPTIONAL = ("roll", "mount")
 SETTINGS = ("unit", "frame", "patient_position", "origin")
 
 MAX_NAME = 200
-
-# Python's float() also takes 1_000 and digits of other scripts; a plan does not.
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
 class PlanValueError(BorecheckError):
@@ -117,7 +113,7 @@ def _name(fields: Mapping[str, Any], file: str, where: str) -> str:
 
 def _looks_like_coordinate(name: str) -> bool:
     """Whether it is a number that is no plain count (`7` may well be a name)."""
-    return _NUMBER.fullmatch(name) is not None and not name.isdecimal()
+    return PLAIN_NUMBER.fullmatch(name) is not None and not name.isdecimal()
 
 
 def _number(
@@ -142,7 +138,7 @@ def _as_number(value: Any, key: str) -> float:
 
 
 def _number_in(text: str, key: str) -> float:
-    if _NUMBER.fullmatch(text):
+    if PLAIN_NUMBER.fullmatch(text):
         return _finite(float(text), key)
     if text.lower().lstrip("+-") in ("nan", "inf", "infinity"):
         raise PlanValueError(f"{key} is {text!r}, not finite")

@@ -19,7 +19,7 @@ from typing import Any
 from borecheck.core.csv_columns import separator_problem
 from borecheck.core.small_files import read_at_most
 from borecheck.core.whole_files import write_whole
-from borecheck.errors import InputError, PlanError
+from borecheck.errors import InputError, PlanError, UsageError
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.plans.plan_fields import (
     COLUMNS,
@@ -39,6 +39,25 @@ MARKUPS = (
 )
 
 MAX_BYTES = 20_000_000  # a hundred thousand plans
+
+
+def given_plans(
+    plans: str | Path | NeedlePlan | Iterable[NeedlePlan],
+) -> list[NeedlePlan]:
+    """Plans as a caller gives them: their file, one, or several.
+
+    Raises:
+        PlanError: The file cannot be used.
+        UsageError: Something else.
+    """
+    if isinstance(plans, str | Path):
+        return list(read_plans(plans))
+    found = [plans] if isinstance(plans, NeedlePlan) else list(plans)
+    for plan in found:
+        if not isinstance(plan, NeedlePlan):
+            kind = type(plan).__name__
+            raise UsageError(f"plans holds a {kind}: give a file, or NeedlePlans")
+    return found
 
 
 def read_plans(path: str | Path) -> tuple[NeedlePlan, ...]:

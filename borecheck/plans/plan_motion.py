@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.core.se3 import inverse
-from borecheck.errors import UnknownNameError, UsageError
+from borecheck.errors import UsageError
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_corridor import corridor_along
 from borecheck.plans.needle_line import NeedleLine
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.plans.whole_arm import Room, hold_motion, whole_arm_motion
+from borecheck.plans.whole_arm import Room, drives_from, hold_motion, whole_arm_motion
 from borecheck.plans.whole_arm import UnreachableError as UnreachableError
 from borecheck.robots.description import RobotDescription, hook, plugin_hook
 from borecheck.robots.model import RobotModel
@@ -105,7 +105,8 @@ def _closed_form_motion(robot: Robot, plan: NeedlePlan, standoff: float) -> Arra
     assert description is not None  # `has_closed_form`
     entry, depth, direction = plan.entry, plan.length, plan.direction
     if description.insertion_joint is not None:
-        stations = _driven(robot, description, depth, standoff)
+        start = drives_from(robot, description.insertion_joint, depth)
+        stations = [(-standoff, start), (0.0, start), (depth, start + depth)]
     else:
         count = int(np.ceil((standoff + depth) / STEP)) + 1
         stations = [(d, 0.0) for d in np.linspace(-standoff, depth, count)]
@@ -117,24 +118,6 @@ def _closed_form_motion(robot: Robot, plan: NeedlePlan, standoff: float) -> Arra
     if description.insertion_joint is not None:
         line.hold(0.5 * (solver.waypoints[-2] + solver.waypoints[-1]), 0.5 * depth)
     return np.array(solver.waypoints)
-
-
-def _driven(
-    robot: Robot, description: RobotDescription, depth: float, standoff: float
-) -> list[tuple[float, float]]:
-    """Distance of the tip along the line, and insertion, for a driven needle."""
-    names = robot.model.joint_names
-    if description.insertion_joint not in names:
-        raise UnknownNameError("joint", description.insertion_joint or "", names)
-    index = names.index(description.insertion_joint)
-    start = float(robot.model.lower[index])
-    travel = float(robot.model.upper[index]) - start
-    if depth > travel:
-        raise UnreachableError(
-            f"the needle goes {1e3 * depth:.1f} mm deep, but "
-            f"{description.insertion_joint} drives it {1e3 * travel:.1f} mm"
-        )
-    return [(-standoff, start), (0.0, start), (depth, start + depth)]
 
 
 def check_mount(robot: Robot, plan: NeedlePlan) -> None:

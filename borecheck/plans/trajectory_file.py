@@ -7,7 +7,6 @@ RobotTrajectory, `trajectory` of an action's goal.
 
 import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from borecheck.core.small_files import read_at_most
+from borecheck.core.units import PLAIN_NUMBER
 from borecheck.errors import InputError, PlanError, UnknownNameError
 from borecheck.plans.joint_path import JointPath, first_not_after, time_note
 
@@ -27,7 +27,6 @@ _AROUND = ("goal", "trajectory", "joint_trajectory")
 _UNUSED = ("velocities", "accelerations", "effort")
 # The same in ROS 1 and 2.
 _SECONDS = (("sec", "nanosec"), ("secs", "nsecs"))
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
 
 def read_trajectory(path: Path, joint_names: Sequence[str]) -> JointPath:
@@ -179,7 +178,7 @@ def _list(
 def _number(path: Path, value: Any, where: str) -> float:
     """A finite number, from JSON or as text in YAML."""
     found = math.nan
-    if isinstance(value, str) and _NUMBER.fullmatch(value):
+    if isinstance(value, str) and PLAIN_NUMBER.fullmatch(value):
         found = float(value)
     elif isinstance(value, int | float) and not isinstance(value, bool):
         found = float(value) if abs(value) < 1e300 else math.nan

@@ -117,8 +117,7 @@ def hold_motion(
             f"its needle is not shown to stay on the plan's line: up to "
             f"{1e3 * off:.4f} mm off it, turned by {turned:.2g}"
         )
-    for k in (0, len(waypoints) // 2, -1):  # by Pinocchio, too
-        line.hold(waypoints[k], float(distances[k]))
+    line.hold_some(waypoints, distances)
 
 
 def _hold_drive(robot: Robot, name: str, waypoints: Array, distances: Array) -> None:
@@ -139,21 +138,32 @@ def _hold_drive(robot: Robot, name: str, waypoints: Array, distances: Array) -> 
         raise UsageError(f"the arm moves while {name} is to drive the needle")
 
 
+def drives_from(robot: Robot, name: str, depth: float) -> float:
+    """Where a joint stands before it drives the needle so deep, [m].
+
+    Raises:
+        UnknownNameError: No such joint.
+        UnreachableError: It does not go so far.
+    """
+    if name not in robot.model.joint_names:
+        raise UnknownNameError("joint", name, robot.model.joint_names)
+    index = robot.model.joint_names.index(name)
+    start = float(robot.model.lower[index])
+    travel = float(robot.model.upper[index]) - start
+    if depth > travel:
+        raise UnreachableError(
+            f"the needle goes {1e3 * depth:.1f} mm deep, but {name} drives it "
+            f"{1e3 * travel:.1f} mm"
+        )
+    return start
+
+
 def _stations(robot: Robot, plan: NeedlePlan, standoff: float) -> Stations:
     name = robot.needle.insertion if robot.needle is not None else None
     end, insertion, driven = plan.length, None, 0.0
     if name is not None:
-        if name not in robot.model.joint_names:
-            raise UnknownNameError("joint", name, robot.model.joint_names)
-        index = robot.model.joint_names.index(name)
-        insertion = float(robot.model.lower[index])
+        insertion = drives_from(robot, name, plan.length)
         end, driven = 0.0, plan.length
-        travel = float(robot.model.upper[index]) - insertion
-        if driven > travel:
-            raise UnreachableError(
-                f"the needle goes {1e3 * driven:.1f} mm deep, but {name} drives it "
-                f"{1e3 * travel:.1f} mm"
-            )
     count = int(np.ceil((standoff + end) / STEP)) + 1
     return Stations(np.linspace(-standoff, end, count), insertion, driven)
 
@@ -220,7 +230,7 @@ class _Search:
             off, turned = self._line.steps(waypoints, along)
             strays = (off > TIP_TOLERANCE) | (turned > TURN_TOLERANCE)
             if not strays.any():
-                self._hold(waypoints, along)
+                self._line.hold_some(waypoints, along)
                 return waypoints
             if driven and strays[-1]:
                 return None  # the drive leads aside: no more stations help
@@ -228,11 +238,6 @@ class _Search:
             middle = 0.5 * (distances[1:] + distances[:-1])[strays]
             distances = np.sort(np.concatenate([distances, middle]))
         return None
-
-    def _hold(self, waypoints: Array, along: Array) -> None:
-        """Asks Pinocchio, too."""
-        for k in (0, len(waypoints) // 2, -1):
-            self._line.hold(waypoints[k], float(along[k]))
 
 
 def _with_drive(

@@ -12,6 +12,7 @@ from borecheck.core.result_file import SCHEMA_VERSION
 from borecheck.core.version import __version__
 
 if TYPE_CHECKING:
+    from borecheck.contact.checked import Checked
     from borecheck.contact.verdict import Verdict
     from borecheck.motion.samples import MotionVerdict
     from borecheck.robots.robot import Robot
@@ -47,6 +48,20 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             found[name] = "not installed"
     return found
+
+
+def about_block(
+    robot: "Robot", scene: "Scene", about: "Checked | None" = None
+) -> dict[str, Any]:
+    """What a result is about: robot, scene, what was checked, what is odd."""
+    told = {} if about is None else {"checked": about.to_json()}
+    odd = () if about is None else about.warnings
+    return {
+        "robot": robot_block(robot),
+        "scene": scene_block(scene),
+        **told,
+        "warnings": [*robot.warnings, *scene.warnings, *odd],
+    }
 
 
 def robot_block(robot: "Robot") -> dict[str, Any]:

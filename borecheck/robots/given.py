@@ -57,7 +57,19 @@ def configuration(robot: Robot, q: Any) -> Array:
         UnknownNameError: A joint, or a named configuration, that there is not.
         JointLimitError: It is beyond a joint limit.
     """
-    return robot.model.check_limits(_values(robot, q))
+    return robot.model.check_limits(positions(robot, q))
+
+
+def positions(robot: Robot, q: Any) -> Array:
+    """One configuration (n,); limits are left to who asks; else as `configuration`."""
+    if isinstance(q, str):
+        if q == "home":
+            return robot.home.copy()
+        raise UnknownNameError("configuration", q, ["home"])
+    if hasattr(q, "keys") and hasattr(q, "__getitem__"):  # also a row of a table
+        named = {str(name): q[name] for name in q.keys()}  # noqa: SIM118  pandas' too
+        return robot.model.configuration(named)
+    return robot.model.check_configuration(q)
 
 
 def configurations(robot: Robot, qs: Any) -> Array:
@@ -86,7 +98,7 @@ def configurations(robot: Robot, qs: Any) -> Array:
     else:
         listed = list(rows)
         named = any(isinstance(q, str) or hasattr(q, "keys") for q in listed)
-        found = _numbers([_values(robot, q) for q in listed] if named else listed)
+        found = _numbers([positions(robot, q) for q in listed] if named else listed)
     count = len(robot.model.free_joints)
     if found.ndim != 2 or found.shape[1] != count:
         names = ", ".join(robot.model.joint_names)
@@ -116,17 +128,6 @@ def length(value: float | str, name: str) -> float:
 def _is_table(given: object) -> bool:
     """Whether it is a table of pandas, or like one."""
     return hasattr(given, "iterrows")
-
-
-def _values(robot: Robot, q: Any) -> Array:
-    if isinstance(q, str):
-        if q == "home":
-            return robot.home.copy()
-        raise UnknownNameError("configuration", q, ["home"])
-    if hasattr(q, "keys") and hasattr(q, "__getitem__"):  # also a row of a table
-        named = {str(name): q[name] for name in q.keys()}  # noqa: SIM118  pandas' too
-        return robot.model.configuration(named)
-    return robot.model.check_configuration(q)
 
 
 def _numbers(given: Any) -> Array:

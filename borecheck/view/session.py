@@ -211,11 +211,10 @@ class Session:
         from borecheck.contact.checked import checked
         from borecheck.motion.check import check_motion
         from borecheck.report.document import (
+            about_block,
             allowed_block,
             header,
             motion_block,
-            robot_block,
-            scene_block,
             verdict_block,
         )
 
@@ -225,14 +224,7 @@ class Session:
         about = checked(self.robot, self.scene, chosen.margin, with_plan=plans)
         document: dict[str, Any] = {
             **header("check", ["view", self.robot.name, self.scene.name], None),
-            "robot": robot_block(self.robot),
-            "scene": scene_block(self.scene),
-            "checked": about.to_json(),
-            "warnings": [
-                *self.robot.warnings,
-                *self.scene.warnings,
-                *about.warnings,
-            ],
+            **about_block(self.robot, self.scene, about),
         }
         if not self.follows_plans:
             verdict = check_with(self.robot, self.scene, q, chosen)

@@ -152,7 +152,7 @@ def test_a_way_ends_where_the_certified_plan_begins(capsys, tmp_path, monkeypatc
 
     def asked(robot, scene, start, goal, *rest, **more):
         seen.append(goal)
-        return Route(NONE_FOUND, "not searched", None, 0.0, 0, 0)
+        return Route(NONE_FOUND, "unknown", "not searched", None, 0.0, 0, 0)
 
     monkeypatch.setattr("borecheck.planning.route.route", asked)
     assert run(capsys, "route", "case.toml", "--to", "one.csv")[0] == 2

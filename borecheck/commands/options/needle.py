@@ -76,7 +76,7 @@ def corridor_of(
 
     if text == LAST_LEG:
         return last_leg(robot, waypoints)
-    entry, target = _from_plan(text) if _names_file(text) else _points(text)
+    entry, target = _from_plan(text) if names_plans(text) else _points(text)
     return corridor_along(robot, waypoints, entry, target)
 
 
@@ -90,7 +90,8 @@ def refuse_stray_corridor(args: argparse.Namespace) -> None:
         raise UsageError("--corridor goes with --path; plans have their own corridors")
 
 
-def _names_file(text: str) -> bool:
+def names_plans(text: str) -> bool:
+    """Whether FILE or FILE:NAME is of a file of plans, by its ending."""
     return any(suffix in text.lower() for suffix in PLAN_FILES)
 
 
