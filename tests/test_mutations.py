@@ -7,7 +7,7 @@ import ast
 
 import pytest
 
-from studies.mutations.__main__ import files_for, sample, sources
+from studies.mutations.__main__ import State, files_for, sample, sources
 from studies.mutations.changes import mutants, mutated
 from studies.mutations.exempt import EQUIVALENT, KERNELS
 from studies.mutations.judge import PROJECT, KnownTest, reaching
@@ -121,6 +121,48 @@ def test_the_sample_is_seeded_and_few_of_it_are_kernels():
     assert first != sample(some, 30, 2)
     assert len({(m.module, m.number) for m in first}) == 30
     assert 0 < sum(m.module in KERNELS for m in first) <= 10
+
+
+def test_like_changes_of_a_function_are_told_apart():
+    found = mutants("m.py", "def f():\n    return a[0] + b[0]")
+    likes = [m.change for m in found if m.before == "0"]
+    assert likes == ["m.py f: 0 -> 1", "m.py f: 0 -> 1 (#2)"]
+
+
+def test_an_edit_moves_nothing_else_in_the_sample():
+    """Edited lines, and a change that is called equivalent, give up their own places.
+
+    Those are filled by others that come next in the order.
+    """
+    names = [VERDICT, "borecheck/contact/gradient.py"]
+    texts = {name: sources()[name] for name in names}
+    before = {m.change for m in sample(texts, 20, 1)}
+    moved = {**texts, VERDICT: "SHIFTED = 1\n\n" + texts[VERDICT]}
+    after = {m.change for m in sample(moved, 20, 1)}
+    assert len(before - after) <= 1  # SHIFTED's own change takes one place or none
+
+    some = next(c for c in sorted(before) if c.startswith(VERDICT))
+    without = dict(EQUIVALENT) | {some: "for this test"}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("studies.mutations.__main__.EQUIVALENT", without)
+        after = {m.change for m in sample(texts, 20, 1)}
+    assert before - after == {some}
+
+
+def test_what_is_known_holds_while_module_and_test_are_there(tmp_path):
+    module, name = "borecheck/contact/none.py", "tests/contact/test_none.py::test_a"
+    texts = {module: "a = 1"}
+    file = tmp_path / "state.jsonl"
+    State(file, texts).keep({"module": module, "change": "c", "by": name})
+    again = State(file, texts)
+    assert again.noticed == {"c": name}
+    assert State(file, {module: "a = 2"}).noticed == {}
+    again.tests["tests/contact/test_none.py"] = [KnownTest(name, 0.1, {})]
+    again.forget_by_tests_gone()
+    assert again.noticed == {"c": name}
+    again.tests.clear()
+    again.forget_by_tests_gone()
+    assert again.noticed == {}
 
 
 def test_tests_are_those_of_the_mirrored_room_the_modules_own_first():

@@ -14,7 +14,6 @@ Kernels that are compiled take minutes each: of their modules a few are taken.
 import argparse
 import json
 import os
-import random
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -47,17 +46,22 @@ def sources() -> dict[str, str]:
 
 
 def sample(texts: dict[str, str], count: int, seed: int) -> list[Mutant]:
-    """A seeded set of changes, none of them known to be equivalent."""
-    rng = random.Random(seed)
+    """A seeded set of changes, none of them known to be equivalent.
+
+    Each has its own place in the order, so that a module that is edited, or one more
+    that is known to be equivalent, leaves the others of the set where they are.
+    """
     everything, few = [], []
     for module, text in texts.items():
         found = [m for m in mutants(module, text) if m.change not in EQUIVALENT]
+        found.sort(key=lambda m: m.rank(seed))
         if module in KERNELS:
-            few += rng.sample(found, min(KERNEL_MUTANTS, len(found)))
+            few += found[:KERNEL_MUTANTS]
         else:
             everything += found
-    rest = max(0, min(count - len(few), len(everything)))
-    chosen = [*few[:count], *rng.sample(everything, rest)]
+    everything.sort(key=lambda m: m.rank(seed))
+    chosen = few[:count]
+    chosen += everything[: count - len(chosen)]
     return sorted(chosen, key=lambda m: (m.module, m.number))
 
 
@@ -78,20 +82,27 @@ class State:
         self._file = file
         self._texts = texts
         self.tests: dict[str, list[KnownTest]] = {}
-        self.noticed: dict[tuple[str, int], str] = {}
+        self.noticed: dict[str, str] = {}
         for row in self._rows():
             if row["of"] != self._digest(row):
                 continue  # of another text
             if "tests" in row:
                 self.tests[row["file"]] = _tests(row["tests"])
             else:
-                self.noticed[row["module"], row["number"]] = row["by"]
+                self.noticed[row["change"]] = row["by"]
 
     def keep(self, row: dict[str, Any]) -> None:
         """Adds a line."""
         if self._file is not None:
             with self._file.open("a") as stream:
                 stream.write(json.dumps({**row, "of": self._digest(row)}) + "\n")
+
+    def forget_by_tests_gone(self) -> None:
+        """What only a test noticed that is no longer there is not known."""
+        there = {test.name for tests in self.tests.values() for test in tests}
+        for change, by in list(self.noticed.items()):
+            if "::" in by and by not in there:
+                del self.noticed[change]
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         if self._file is not None and self._file.is_file():
@@ -137,7 +148,7 @@ def run(
     chosen: Sequence[Mutant], state: State, texts: dict[str, str], jobs: int
 ) -> None:
     """Asks of every mutant that is not known to be noticed; `jobs` at a time."""
-    waiting = [m for m in chosen if (m.module, m.number) not in state.noticed]
+    waiting = [m for m in chosen if m.change not in state.noticed]
     waiting.sort(key=lambda m: (m.module in KERNELS, _cost(m, state, texts)))
     running: list[tuple[Mutant, Child]] = []
     done = 0
@@ -182,13 +193,13 @@ def _settle(mutant: Mutant, answer: dict[str, Any] | None, state: State) -> None
     if answer is not None and not answer["noticed"]:
         return
     by = "no end, or a crash" if answer is None else answer["by"]
-    state.noticed[mutant.module, mutant.number] = by
-    state.keep({"module": mutant.module, "number": mutant.number, "by": by})
+    state.noticed[mutant.change] = by
+    state.keep({"module": mutant.module, "change": mutant.change, "by": by})
 
 
 def report(chosen: Sequence[Mutant], state: State, out: Any) -> float:
     """Prints share and survivors; the share noticed."""
-    missed = [m for m in chosen if (m.module, m.number) not in state.noticed]
+    missed = [m for m in chosen if m.change not in state.noticed]
     print(f"{'module':<40} {'mutants':>8} {'noticed':>8}", file=out)
     for module in dict.fromkeys(m.module for m in chosen):
         of = sum(m.module == module for m in chosen)
@@ -230,6 +241,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     state = State(asked.state, texts)
     files = dict.fromkeys(f for m in chosen for f in files_for(m.module))
     recorded(list(files), state, texts)
+    state.forget_by_tests_gone()
     run(chosen, state, texts, asked.jobs)
     return 0 if report(chosen, state, sys.stdout) >= 0.95 else 1
 

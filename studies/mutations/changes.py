@@ -6,8 +6,10 @@ logging), types and clocks are left as they are: see `exempt`.
 
 import ast
 import copy
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from hashlib import sha256
 
 from studies.mutations.exempt import left_alone
 
@@ -59,6 +61,7 @@ class Mutant:
         lines: First and last line of the statement (of a compound one, its head).
         before: What stands there.
         after: What is put in its place.
+        again: How many of the same text stand before it in the function.
     """
 
     module: str
@@ -67,11 +70,17 @@ class Mutant:
     lines: tuple[int, int]
     before: str
     after: str
+    again: int = 0
 
     @property
     def change(self) -> str:
         """Without the line, so that it is known again when lines move."""
-        return f"{self.module} {self.function}: {self.before} -> {self.after}"
+        text = f"{self.module} {self.function}: {self.before} -> {self.after}"
+        return f"{text} (#{self.again + 1})" if self.again else text
+
+    def rank(self, seed: int) -> str:
+        """A place among all, which nothing but its own text and the seed decides."""
+        return sha256(f"{seed} {self.change}".encode()).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -96,10 +105,13 @@ class Edit:
 
 def mutants(module: str, source: str) -> list[Mutant]:
     """All changes of a module, in the order of its text."""
-    return [
-        Mutant(module, k, edit.function, edit.lines, _text(edit.old), _text(edit.new))
-        for k, edit in enumerate(edits(ast.parse(source)))
-    ]
+    found = []
+    seen: Counter[tuple[str, ...]] = Counter()
+    for k, edit in enumerate(edits(ast.parse(source))):
+        what = edit.function, _text(edit.old), _text(edit.new)
+        found.append(Mutant(module, k, what[0], edit.lines, *what[1:], seen[what]))
+        seen[what] += 1
+    return found
 
 
 def mutated(source: str, number: int) -> ast.Module:

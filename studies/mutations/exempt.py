@@ -82,6 +82,9 @@ EQUIVALENT = {
     "borecheck/contact/causes.py _determinants: 1 -> 2": (
         "as above: the edge from a corner to the one before it, the other way round"
     ),
+    "borecheck/contact/causes.py _determinants: 1 -> 2 (#2)": (
+        "as above, of the other triangle"
+    ),
     "borecheck/contact/check.py _clearance: "
     "min(links.values(), default=None) -> min(links.values())": (
         "it is asked only where there are some"
@@ -94,6 +97,9 @@ EQUIVALENT = {
         "pairs of links are made whole numbers where they are taken, of none, too"
     ),
     "borecheck/contact/skipped.py pairs_without: 1 -> 2": (
+        "numpy takes any negative length of a shape for the one to be found"
+    ),
+    "borecheck/contact/skipped.py pairs_without: 1 -> 2 (#2)": (
         "numpy takes any negative length of a shape for the one to be found"
     ),
     "borecheck/motion/search.py search: np.inf -> np.nan": (
@@ -131,6 +137,12 @@ EQUIVALENT = {
     "borecheck/verify/distance.py _some_points_nearer: 1 -> 2": (
         "a quick look at other corners; the bounds answer the same"
     ),
+    "borecheck/verify/distance.py _some_points_nearer: 1 -> 2 (#2)": (
+        "a quick look at other corners; the bounds answer the same"
+    ),
+    "borecheck/verify/distance.py _some_points_nearer: 1 -> 2 (#3)": (
+        "numpy takes any negative length of a shape for the one to be found"
+    ),
     "borecheck/verify/distance.py _edges: i + 1 -> i - 1": (
         "the edges of a triangle the other way round: the same edges"
     ),
@@ -140,7 +152,10 @@ EQUIVALENT = {
     "borecheck/verify/distance.py _edges: 1 -> 2": (
         "as above: an edge to the corner before, the other way round"
     ),
-    "borecheck/verify/distance.py _normals: 0 -> 1": (
+    "borecheck/verify/distance.py _edges: 1 -> 2 (#2)": (
+        "as above, of the other triangle"
+    ),
+    "borecheck/verify/distance.py _normals: 0 -> 1 (#2)": (
         "the second side drawn from the other end of the first: the same normal"
     ),
     "borecheck/verify/distance.py : 32 -> 64": (
@@ -149,7 +164,7 @@ EQUIVALENT = {
     "borecheck/verify/distance.py : 100000 -> 200000": (
         "how many pairs are handled at a time: they are all handled"
     ),
-    "borecheck/verify/passage.py StatedCorridor.depth_and_width: 1 -> 2": (
+    "borecheck/verify/passage.py StatedCorridor.depth_and_width: 1 -> 2 (#2)": (
         "numpy takes any negative length of a shape for the one to be found"
     ),
     "borecheck/plans/corridor.py common_points: 1 -> 2": (
@@ -163,7 +178,10 @@ EQUIVALENT = {
     "borecheck/verify/passage.py StatedCorridor._aside_of: -1 -> 1": (
         "the sides of a polygon the other way round: as near, and all turns negated"
     ),
-    "borecheck/verify/passage.py StatedCorridor._aside_of: 0.0 -> 1.0": (
+    "borecheck/verify/passage.py StatedCorridor._aside_of: -1 -> 1 (#2)": (
+        "as above: the length around is the same"
+    ),
+    "borecheck/verify/passage.py StatedCorridor._aside_of: 0.0 -> 1.0 (#2)": (
         "a place along a side of no length: any is the same point"
     ),
     "borecheck/verify/passage.py StatedCorridor._aside_of: "
@@ -200,7 +218,7 @@ EQUIVALENT = {
     "plan is not None": ("where one of them is None alone, that was told before"),
     "borecheck/verify/binding.py _names: plan is not None and other is not None -> "
     "other is not None": ("where one of them is None alone, that was told before"),
-    "borecheck/plans/skin.py distance_to: 1 -> 2": (
+    "borecheck/plans/skin.py distance_to: 1 -> 2 (#2)": (
         "a point as a triangle of three like corners: any of them may be named twice"
     ),
     "borecheck/plans/corridor.py _is_in: "
