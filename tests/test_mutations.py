@@ -7,7 +7,7 @@ import ast
 
 import pytest
 
-from studies.mutations.__main__ import State, files_for, sample, sources
+from studies.mutations.__main__ import KERNEL_TESTS, State, files_for, sample, sources
 from studies.mutations.changes import mutants, mutated
 from studies.mutations.exempt import EQUIVALENT, KERNELS
 from studies.mutations.judge import PROJECT, KnownTest, reaching
@@ -165,7 +165,21 @@ def test_what_is_known_holds_while_module_and_test_are_there(tmp_path):
     assert again.noticed == {}
 
 
+def test_a_recording_holds_while_what_it_reaches_is_the_same(tmp_path):
+    module, other = VERDICT, "borecheck/contact/gradient.py"
+    row = {
+        "file": "tests/contact/test_verdict.py",
+        "tests": [["tests/contact/test_verdict.py::test_a", 0.1, {module: [3]}]],
+    }
+    texts = {module: "a = 1", other: "b = 1"}
+    state = tmp_path / "state.jsonl"
+    State(state, texts).keep(row)
+    assert row["file"] in State(state, {**texts, other: "b = 2"}).tests
+    assert row["file"] not in State(state, {**texts, module: "a = 2"}).tests
+
+
 def test_tests_are_those_of_the_mirrored_room_the_modules_own_first():
+    assert all((PROJECT / f).is_file() for fs in KERNEL_TESTS.values() for f in fs)
     files = files_for("borecheck/contact/decision.py")
     assert files[0] == "tests/contact/test_decision.py"
     assert all(name.startswith("tests/contact/") for name in files)
@@ -183,6 +197,8 @@ def test_tests_that_reach_the_line_are_asked_quickest_first():
     assert found == ["quick", "slow"]
     every = [t.name for t in reaching(tests, module, (1, 1), importing=True)]
     assert every == ["quick", "elsewhere", "slow"]
+    found = reaching(tests, module, (4, 5), importing=False, first=["slow"])
+    assert [t.name for t in found] == ["slow", "quick"]
 
 
 def test_what_is_called_equivalent_is_there():

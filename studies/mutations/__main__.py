@@ -37,6 +37,15 @@ ALSO = {
     ),
     "borecheck/motion/binding.py": ("tests/verify/test_binding.py",),
 }
+# Tests that look at kernels by themselves: asked first, because what others need beside
+# is compiled anew, too.
+KERNEL_TESTS = {
+    "borecheck/contact/pose_kernel.py": ("tests/contact/test_pose_steps.py",),
+    "borecheck/motion/bound_kernels.py": ("tests/motion/test_bounds.py",),
+    "borecheck/motion/by_distance.py": ("tests/motion/test_by_distance_steps.py",),
+    "borecheck/motion/halving.py": ("tests/motion/test_walk_steps.py",),
+    "borecheck/motion/swept_boxes.py": ("tests/motion/test_walk_steps.py",),
+}
 
 
 def sources() -> dict[str, str]:
@@ -110,15 +119,15 @@ class State:
                 yield json.loads(line)
 
     def _digest(self, row: dict[str, Any]) -> str:
-        """Of what a line depends on: a module, or a file of tests and the modules."""
+        """Of what a line depends on: a module, or tests and the modules they reach."""
         if "module" in row:
             text = self._texts.get(row["module"], "")
         else:
             file = PROJECT / row["file"]
             text = file.read_text() if file.is_file() else ""
-            room = Path(row["file"]).parent.name
-            names = [name for name in self._texts if Path(name).parent.name == room]
-            text += "".join(self._texts[name] for name in names)
+            reached = {name for _, _, hit in row["tests"] for name in hit}
+            own = [name for name in sorted(reached) if row["file"] in files_for(name)]
+            text += "".join(self._texts.get(name, "") for name in own)
         return sha256(text.encode()).hexdigest()[:16]
 
 
@@ -178,7 +187,13 @@ def _tests_of(mutant: Mutant, state: State, texts: dict[str, str]) -> list[Known
     tests = [t for file in files_for(mutant.module) for t in state.tests[file]]
     importing = not mutant.function.rpartition(".")[2].islower()
     importing = importing or _compiled(mutant, texts)  # no line of it is traced
-    return list(judge.reaching(tests, mutant.module, mutant.lines, importing=importing))
+    first: Sequence[str] = ()
+    if _compiled(mutant, texts):
+        first = KERNEL_TESTS.get(mutant.module, files_for(mutant.module)[:1])
+    lines = mutant.lines
+    return list(
+        judge.reaching(tests, mutant.module, lines, importing=importing, first=first)
+    )
 
 
 def _compiled(mutant: Mutant, texts: dict[str, str]) -> bool:

@@ -316,7 +316,12 @@ def _compile_anew(file: Path) -> None:
 
 
 def reaching(
-    tests: Iterable[KnownTest], module: str, lines: tuple[int, int], *, importing: bool
+    tests: Iterable[KnownTest],
+    module: str,
+    lines: tuple[int, int],
+    *,
+    importing: bool,
+    first: Sequence[str] = (),
 ) -> Iterator[KnownTest]:
     """The tests that reach any of the lines, quickest first.
 
@@ -325,12 +330,19 @@ def reaching(
         module: Its path.
         lines: First and last.
         importing: Whether the lines are run on import: then every test does.
+        first: Files whose tests come before all others.
     """
     wanted = set(range(lines[0], lines[1] + 1))
     spent = 0.0
-    for test in sorted(tests, key=lambda test: test.seconds):
+
+    def place(test: KnownTest) -> tuple[bool, float]:
+        return test.name.partition("::")[0] not in first, test.seconds
+
+    for test in sorted(tests, key=place):
+        if test.seconds > SLOWEST:
+            continue
         if importing or wanted & test.lines.get(module, frozenset()):
             spent += test.seconds
-            if test.seconds > SLOWEST or spent > BUDGET:
+            if spent > BUDGET:
                 return
             yield test

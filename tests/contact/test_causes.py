@@ -1,3 +1,6 @@
+from fractions import Fraction
+from itertools import permutations
+
 import numpy as np
 import pytest
 
@@ -82,9 +85,40 @@ def test_signs_lost_to_rounding_are_named_so(rng):
     assert all("rounding" in (cause or "") for cause in found)
 
 
-def test_orientation_is_exact():
-    from fractions import Fraction
+def leibniz(rows):
+    """A determinant by its definition, over all permutations."""
+    total = Fraction(0)
+    for order in permutations(range(3)):
+        swaps = sum(order[i] > order[j] for i in range(3) for j in range(i + 1, 3))
+        total += (
+            (-1) ** swaps * rows[0][order[0]] * rows[1][order[1]] * rows[2][order[2]]
+        )
+    return total
 
+
+def test_orientation_is_the_determinant_of_three_edges(rng):
+    for _ in range(20):
+        p, *others = [tuple(map(Fraction, x)) for x in rng.normal(size=(4, 3))]
+        edges = [[x - y for x, y in zip(q, p, strict=True)] for q in others]
+        assert orientation(p, *others) == leibniz(edges) != 0
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_cause_rests_neither_on_size_nor_on_the_order_of_corners(size, turned):
+    order = [0, 2, 1] if turned else [0, 1, 2]
+    first, second = size * SPIKE, size * PLATE[order]
+    verdicts = verdicts_of(first, second)
+    assert cause_of(first, second, verdicts) == (True, "one-sided test")
+    swapped = {
+        **verdicts,
+        "paper:robot": verdicts["paper:scanner"],
+        "paper:scanner": verdicts["paper:robot"],
+    }
+    assert cause_of(second, first, swapped) == (True, "one-sided test")
+
+
+def test_orientation_is_exact():
     tiny = Fraction(1, 10**40)
     p, q, r = ((Fraction(0),) * 3, (Fraction(1), 0, 0), (Fraction(0), 1, 0))
     assert orientation(p, q, r, (Fraction(0), Fraction(0), tiny)) == tiny

@@ -1,11 +1,15 @@
 import json
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import borecheck as bc
-from borecheck.contact.comparison import to_json
+from borecheck.contact.comparison import Gathered, to_json
 from borecheck.errors import JointLimitError, UsageError
+from borecheck.geometry.mesh.primitives import box
+from borecheck.geometry.mesh_files.reading import write_stl
 from borecheck.geometry.surfaces import CHECKERS
 
 KNOWN_CAUSES = {
@@ -68,6 +72,80 @@ def test_refusals(zerobot, ct_gantry):
         bc.compare(zerobot, ct_gantry, np.zeros((0, 6)))
     with pytest.raises(JointLimitError):
         bc.compare(zerobot, ct_gantry, [[9.0, 0, 0, 0, 0, 0]])
+
+
+@pytest.mark.parametrize("empty", [[], [[]], np.zeros((0, 6)), np.zeros((3, 0))])
+def test_there_must_be_a_configuration(zerobot, ct_gantry, empty):
+    with pytest.raises(UsageError, match=r"no configuration|have shape"):
+        bc.compare(zerobot, ct_gantry, empty)
+
+
+def test_what_no_joint_moves_is_compared_as_often_as_asked(tmp_path):
+    """A configuration of no joints is one; no configuration of none is none."""
+    file = tmp_path / "post.urdf"
+    file.write_text(
+        '<robot name="post"><link name="post"><collision><geometry>'
+        '<box size="0.1 0.1 1"/></geometry></collision></link></robot>'
+    )
+    write_stl(tmp_path / "wall.stl", box("wall", (1.0, 0.1, 1.0)))
+    post, wall = bc.load_robot(file), bc.load_scene(f"{tmp_path / 'wall.stl'}:m")
+    found = bc.compare(post, wall, np.zeros((2, 0)), checkers=["exact"])
+    assert found.checkers["exact"].contact_poses == (0, 1)
+    with pytest.raises(UsageError, match="no configuration"):
+        bc.compare(post, wall, np.zeros((0, 0)))
+
+
+@pytest.mark.parametrize("pruning", ["none", "bvh"])
+def test_every_pair_of_triangles_is_examined_or_pruned(zerobot, ct_gantry, pruning):
+    found = bc.compare(
+        zerobot, ct_gantry, zerobot.home, checkers=["exact"], pruning=pruning
+    )
+    parts = [len(part.mesh.triangles) for part in zerobot.parts]
+    standing = sum(len(o.mesh.triangles) for o in ct_gantry.obstacles)
+    total = sum(parts) * standing + sum(
+        parts[i] * parts[j] for i, j in zerobot.self_pairs
+    )
+    summary = found.checkers["exact"]
+    assert summary.pairs_examined + summary.pairs_pruned == total
+    assert (summary.pairs_pruned == 0) == (pruning == "none")
+
+
+def test_interrupted_between_two_poses_both_are_kept(zerobot, ct_gantry):
+    qs = zerobot.model.random_configurations(np.random.default_rng(7), 4)
+
+    def stops(done, _total):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    whole = bc.compare(zerobot, ct_gantry, qs[:2])
+    found = bc.compare(zerobot, ct_gantry, qs, progress=stops, keep_finished=True)
+    assert found.interrupted
+    assert not whole.interrupted
+    assert len(found.poses) == len(found.pose_obstacles) == 2
+    assert found.pose_verdicts == whole.pose_verdicts
+    assert found.disagreements == whole.disagreements
+    assert [c.triangle_pairs for c in found.checkers.values()] == [
+        c.triangle_pairs for c in whole.checkers.values()
+    ]
+
+
+def test_interrupted_while_a_pose_is_closed_it_is_dropped_everywhere():
+    class Interrupts:
+        def __iter__(self):
+            raise KeyboardInterrupt
+
+    gathered = Gathered(("exact",))
+    for hidden in ([], Interrupts()):
+        gathered.begin_pose()
+        gathered.summaries["exact"] = replace(
+            gathered.summaries["exact"], pairs_examined=7
+        )
+        with suppress(KeyboardInterrupt):
+            gathered.close_pose({"exact": True}, {"exact": True}, hidden)
+    gathered.drop_unfinished()
+    assert gathered.summaries["exact"].contact_poses == (0,)
+    assert gathered.pose_verdicts == gathered.pose_obstacles == [{"exact": True}]
+    assert gathered.contained == [()]
 
 
 @pytest.mark.parametrize("keep", [True, False])
