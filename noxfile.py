@@ -1,6 +1,7 @@
 """Chores: what people, pre-commit and CI run, each written once.
 
-They run in the environment that nox is started from (`pip install -e ".[dev,view]"`).
+They run in the environment that nox is started from
+(`pip install -e ".[dev,view,ct]"`).
 """
 
 import os

@@ -38,6 +38,7 @@ COMMANDS = {
     "calibrate": ("borecheck.commands.calibrate", "identify a serial arm's axes"),
     "report": ("borecheck.commands.report", "a result as one HTML page"),
     "verify": ("borecheck.commands.verify", "re-check a path certificate"),
+    "patient": ("borecheck.commands.patient", "an obstacle that contains the patient"),
     "cache": ("borecheck.commands.cache", "results kept on disk"),
     "view": ("borecheck.commands.view", "live view in the browser"),
 }
