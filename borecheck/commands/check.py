@@ -15,10 +15,16 @@ from borecheck.commands.options.needle import (
     corridor_of,
     refuse_stray_corridor,
 )
+from borecheck.commands.options.patient_place import (
+    add_patient_place,
+    place_block,
+    plans_of,
+)
 from borecheck.commands.options.uncertainty import (
     add_options as add_uncertainty_options,
 )
 from borecheck.commands.output import check_outputs, emit, wants_display
+from borecheck.commands.slicer_files import add_slicer, refuse_folder, show_in_slicer
 from borecheck.core.units import parse_length
 
 if TYPE_CHECKING:
@@ -47,7 +53,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(YAML, JSON)",
     )
     what.add_argument(
-        "--plan", type=Path, metavar="FILE", help="needle plans, CSV or JSON"
+        "--plan",
+        type=Path,
+        metavar="FILE",
+        help="needle plans, CSV, JSON, or markups of 3D Slicer (.mrk.json, .fcsv)",
     )
     parser.add_argument(
         "--margin", default="0", help="required clearance to obstacles, e.g. 20mm"
@@ -67,10 +76,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_motion(parser)
     add_corridor(parser)
+    add_patient_place(parser)
     add_allowed(parser)
     add_uncertainty_options(parser)
     add_explain(parser)
     common.add_output(parser)
+    add_slicer(parser)
 
 
 def _add_motion(parser: argparse.ArgumentParser) -> None:
@@ -112,6 +123,7 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
         more: What else belongs to the result: how its path was found.
     """
     check_outputs(args)
+    refuse_folder(args)
     refuse_stray_corridor(args)
     plans = _plans_asked(args)
     files = prepared(args, plans)
@@ -148,6 +160,7 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
         **header("check", args.argv, args.date),
         **about_block(robot, scene, about),
         **(more or {}),
+        **place_block(args),
     }
     asked = Asked(args, robot, scene, chosen, plans, waypoints, corridor)
     document |= asked.answer()
@@ -156,6 +169,7 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
     weighed(document)
     _add_touching(document, robot, scene)
     complete = not files or _certify(document, robot, scene, files, asked.proofs)
+    show_in_slicer(args, document, robot, scene)
     if wants_display(args):
         from borecheck.report.display import display_block
 
@@ -196,9 +210,7 @@ def _many_turns(
 def _plans_asked(args: argparse.Namespace) -> tuple["NeedlePlan", ...]:
     if args.plan is None:
         return ()
-    from borecheck.plans.plan_file import read_plans
-
-    return read_plans(args.plan)
+    return plans_of(args, args.plan)
 
 
 def _certify(

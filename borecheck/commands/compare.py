@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from borecheck.commands import common
 from borecheck.commands.options.allowed import add_allowed, add_explain
 from borecheck.commands.options.needle import add_needle
+from borecheck.commands.options.patient_place import add_patient_place, plans_of
 from borecheck.commands.output import check_outputs, emit, wants_display
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--samples", type=int, default=11, help="poses on a path or plan"
     )
     add_needle(parser)
+    add_patient_place(parser)
     add_allowed(parser)
     add_explain(parser)
     common.add_output(parser)
@@ -120,9 +122,8 @@ def _configurations(
         motions = [common.waypoints(robot, args.path)]
     else:
         from borecheck.motion.needle_motion import needle_motion
-        from borecheck.plans.plan_file import read_plans
 
-        plans = read_plans(args.plan)
+        plans = plans_of(args, args.plan)
         motions = [needle_motion(robot, scene, plan).waypoints for plan in plans]
     sampled = [
         configurations_at(points, sample_fractions(points, args.samples))

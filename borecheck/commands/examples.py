@@ -11,6 +11,7 @@ CONTENTS = {
     "gantry.stl": "a bore of 780 mm, in mm",
     "torso.stl": "a slim torso, in mm, its middle at the origin",
     "plans.csv": "two needle plans, for the arm and for zerobot",
+    "line.mrk.json": "the first of them in a patient's coordinates, from 3D Slicer",
     "path.csv": "the arm's way to where the first plan begins",
     "insertion.csv": "the first plan's insertion by the arm, as a path",
     "case.toml": "arm, gantry, torso and plans in one case file",

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from borecheck.commands import check, common
 from borecheck.commands.options.allowed import add_allowed, add_explain
 from borecheck.commands.options.needle import add_needle, names_plans, plan_named
+from borecheck.commands.options.patient_place import add_patient_place
 from borecheck.commands.output import emit, refuse_outputs
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
@@ -69,6 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--clearance-tolerance", default="5%,0.1mm", help=argparse.SUPPRESS
     )
     add_needle(parser)
+    add_patient_place(parser)
     add_allowed(parser)
     add_explain(parser)
     _add_files(parser)
@@ -119,7 +121,7 @@ def run(args: argparse.Namespace) -> int:
         robot,
         scene,
         start,
-        _goal(robot, scene, args.to),
+        _goal(robot, scene, args),
         parse_length(args.margin),
         seed=args.seed,
         most_edges=MOST_EDGES if args.edges is None else args.edges,
@@ -130,7 +132,9 @@ def run(args: argparse.Namespace) -> int:
     return _checked(args, robot, found, found.waypoints)
 
 
-def _goal(robot: "Robot", scene: "Scene", text: str) -> "NDArray[np.float64]":
+def _goal(
+    robot: "Robot", scene: "Scene", args: argparse.Namespace
+) -> "NDArray[np.float64]":
     """The configuration that `--to` names, (joints,).
 
     Raises:
@@ -138,12 +142,14 @@ def _goal(robot: "Robot", scene: "Scene", text: str) -> "NDArray[np.float64]":
     """
     import numpy as np
 
+    text = args.to
     if not names_plans(text):
         return np.array(common.configuration(robot, text, "--to"))
     from borecheck.motion.needle_motion import needle_motion
 
     # the motion that `check --plan` takes: of several ways the one with most room
-    return needle_motion(robot, scene, plan_named(text, "--to")).waypoints[0]
+    plan = plan_named(text, "--to", args)
+    return needle_motion(robot, scene, plan).waypoints[0]
 
 
 def _checked(

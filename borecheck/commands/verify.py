@@ -13,6 +13,7 @@ from borecheck.commands.options.needle import (
     corridor_of,
     refuse_stray_corridor,
 )
+from borecheck.commands.options.patient_place import add_patient_place
 from borecheck.commands.output import check_outputs, emit
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
@@ -59,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     common.add_robot_options(parser)
     common.add_scene_options(parser)
     add_corridor(parser)
+    add_patient_place(parser)
     add_allowed(parser)
     common.add_output(parser)
 
@@ -100,6 +102,7 @@ def _asks_binding(args: argparse.Namespace) -> bool:
     if all(given):
         return True
     shaped = [args.margin, args.mount, args.base, args.arg, args.scene_arg]
+    shaped += [args.isocentre, args.position, args.transform]
     shaped += [args.needle, args.tip, args.insertion, args.corridor]
     more = [args.obstacle, args.patient, args.package_path, args.srdf, args.allow]
     if any(given) or any([*shaped, *more, args.trust_never]):
@@ -117,8 +120,8 @@ def _alone(args: argparse.Namespace) -> Verify:
 
 def _bound(args: argparse.Namespace) -> tuple[Verify, Sequence["NeedlePlan"]]:
     """The verification against robot, scene and motion; and the plans, if any."""
+    from borecheck.commands.options.patient_place import plans_of
     from borecheck.motion.binding import verify
-    from borecheck.plans.plan_file import read_plans
 
     refuse_stray_corridor(args)
     margin = parse_length(args.margin) if args.margin is not None else 0.0
@@ -129,7 +132,7 @@ def _bound(args: argparse.Namespace) -> tuple[Verify, Sequence["NeedlePlan"]]:
         verify, robot=robot, scene=scene, margin=margin, meshes=args.meshes
     )
     if args.plan is not None:
-        plans = read_plans(args.plan)
+        plans = plans_of(args, args.plan)
         return partial(verify_one, plans=plans), plans
     points = common.waypoints(robot, args.path)
     corridor = corridor_of(args, robot, points)

@@ -7,6 +7,7 @@ JSON: the same fields, a list of such plans or an object with
 `plans`; `unit` (m, mm ...), `frame` (scanner, RAS, LPS), `patient_position` (HFS ...)
 and `origin` (the patient frame's origin in the scanner's frame, in `unit`) may stand
 beside `plans` or in each plan. Points may also be lists: `"entry": [x, y, z]`.
+Markups of 3D Slicer (`.mrk.json`, `.fcsv`) are read with the patient's place.
 """
 
 import csv
@@ -20,7 +21,10 @@ from borecheck.core.csv_columns import separator_problem
 from borecheck.core.small_files import read_at_most
 from borecheck.core.whole_files import write_whole
 from borecheck.errors import InputError, PlanError, UsageError
+from borecheck.exchange.markups import is_markups
+from borecheck.plans.markup_plans import plans_of_markups
 from borecheck.plans.needle_plan import NeedlePlan
+from borecheck.plans.patient_place import PatientPlace
 from borecheck.plans.plan_fields import (
     COLUMNS,
     COORDINATES,
@@ -31,12 +35,6 @@ from borecheck.plans.plan_fields import (
     unknown_line,
 )
 from borecheck.plans.plan_units import bare_names
-
-MARKUPS = (
-    "is a markups file of 3D Slicer, which is not read yet; write its two points as "
-    '{"unit": "mm", "frame": "LPS", "patient_position": "HFS", "origin": [x, y, z], '
-    '"plans": [{"name": "a", "entry": [...], "target": [...]}]}'
-)
 
 MAX_BYTES = 20_000_000  # a hundred thousand plans
 
@@ -60,17 +58,23 @@ def given_plans(
     return found
 
 
-def read_plans(path: str | Path) -> tuple[NeedlePlan, ...]:
-    """All needle plans of a CSV or JSON file, in the scanner's frame, [m].
+def read_plans(
+    path: str | Path, place: PatientPlace | None = None
+) -> tuple[NeedlePlan, ...]:
+    """All needle plans of a CSV, JSON or markups file, in the scanner's frame, [m].
+
+    Args:
+        path: The file.
+        place: Where the patient's coordinates lie; markups of 3D Slicer need it.
 
     Raises:
         PlanError: The file or one of its plans cannot be used; one line that says
             where and why.
     """
     text = _text(Path(path))
-    if _is_markups(text):
-        raise PlanError(path, MARKUPS)
-    if text.lstrip()[:1] in ("{", "["):
+    if is_markups(text):
+        plans = _from_markups(text, path, place)
+    elif text.lstrip()[:1] in ("{", "["):
         plans = _from_json(text, str(path))
     else:
         plans = _from_csv(text, str(path))
@@ -78,10 +82,15 @@ def read_plans(path: str | Path) -> tuple[NeedlePlan, ...]:
     return plans
 
 
-def _is_markups(text: str) -> bool:
-    """Whether it is a file of 3D Slicer, which says so where it begins."""
-    start = text.lstrip()[:400]
-    return "markups-schema" in start or start.startswith("# Markups fiducial file")
+def _from_markups(
+    text: str, path: str | Path, place: PatientPlace | None
+) -> tuple[NeedlePlan, ...]:
+    try:
+        return plans_of_markups(text, path, place)
+    except PlanError:
+        raise
+    except InputError as error:
+        raise PlanError(path, error.problem, error.element) from error
 
 
 def plans_csv(plans: Iterable[NeedlePlan]) -> str:

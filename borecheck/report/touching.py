@@ -37,7 +37,7 @@ def touching(
         `link`, `obstacle`, `pairs` (how many of triangles) and `place_m`, scanner's
         frame.
     """
-    pose = _pose(block)
+    pose = telling_pose(block)
     rows = []
     for key in ("contacts", "self_contacts"):
         groups = _by_parts(pose[key])
@@ -58,7 +58,7 @@ def touching(
     return rows
 
 
-def _pose(block: Mapping[str, Any]) -> Mapping[str, Any]:
+def telling_pose(block: Mapping[str, Any]) -> Mapping[str, Any]:
     """The configuration whose contacts a result states."""
     if "path" not in block:
         return block

@@ -86,6 +86,10 @@ SAME = (
     ('[check]\nq = "home"\n[allowed]\nsrdf = "arm.srdf"\ntrust_never = true\n'
      'pairs = [["a", "b"], ["b", "c"]]', "--q home --srdf arm.srdf --trust-never "
      "--allow a:b --allow b:c"),
+    ('[check]\nplan = "plans.csv"\n[coordinates]\nisocentre = ["12mm", 0, "-75cm"]\n'
+     'position = "FFP"', "--plan plans.csv --isocentre 12mm,0,-75cm --position FFP"),
+    ('[check]\nplan = "plans.csv"\n[coordinates]\ntransform = "block.stl"',
+     "--plan plans.csv --transform block.stl"),
 )  # fmt: skip
 
 

@@ -331,6 +331,6 @@ def test_a_position_without_a_frame_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["line.mrk.json", "pts.fcsv"])
-def test_markups_of_slicer_are_told_how_to_convert(name: str) -> None:
-    with pytest.raises(PlanError, match=r"markups file of 3D Slicer.*frame.*LPS"):
+def test_markups_of_slicer_need_the_patients_place(name: str) -> None:
+    with pytest.raises(PlanError, match=r"patient's coordinates.*--isocentre"):
         read_plans(DATA / "cases" / "slicer_plan" / name)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from borecheck.commands.case import values
 from borecheck.commands.case.values import Kind
+from borecheck.core.patient_frame import POSITIONS
 from borecheck.robots.description import LEVELS
 
 # What is asked for; whoever types one of them asks for nothing else.
@@ -48,6 +49,14 @@ KEYS = (
     Key("couch", "obstacle", values.bodies),
     Key("obstacle", "obstacle", values.bodies),
     Key("patient", "patient", values.bodies),
+    Key("coordinates.isocentre", "isocentre", values.point, ("transform",)),
+    Key(
+        "coordinates.position",
+        "position",
+        values.one_of(POSITIONS),
+        ("isocentre", "transform"),
+    ),
+    Key("coordinates.transform", "transform", values.file, ("isocentre",)),
     Key("allowed.srdf", "srdf", values.file, ("robot",)),
     Key("allowed.trust_never", "trust_never", values.flag, ("robot", "srdf")),
     Key("allowed.pairs", "allow", values.pairs, ("robot",)),
@@ -69,5 +78,6 @@ KEYS = (
 ONE_OF = (
     ("robot.name", "robot.file"),
     ("scanner.name", "scanner.body"),
+    ("coordinates.isocentre", "coordinates.transform"),
     ("check.q", "check.path", "check.plan"),
 )

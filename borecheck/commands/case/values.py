@@ -110,6 +110,12 @@ def pose(value: Any, folder: Path) -> list[str]:
     return [typed]
 
 
+def point(value: Any, folder: Path) -> list[str]:
+    """Three lengths, each with its unit."""
+    del folder
+    return [_point(_typed(value, list))]
+
+
 def arguments(value: Any, folder: Path) -> list[str]:
     """Arguments by name, each text."""
     del folder

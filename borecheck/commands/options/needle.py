@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from borecheck.commands.options.patient_place import plans_of
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from borecheck.plans.needle_plan import NeedlePlan
     from borecheck.robots.robot import Robot
 
-PLAN_FILES = (".csv", ".json")
+PLAN_FILES = (".csv", ".json", ".fcsv")
 
 
 def add_needle(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
@@ -76,7 +77,7 @@ def corridor_of(
 
     if text == LAST_LEG:
         return last_leg(robot, waypoints)
-    entry, target = _from_plan(text) if names_plans(text) else _points(text)
+    entry, target = _from_plan(text, args) if names_plans(text) else _points(text)
     return corridor_along(robot, waypoints, entry, target)
 
 
@@ -111,28 +112,30 @@ def _points(text: str) -> "list[NDArray[np.float64]]":
     return [np.array(point) for point in points]
 
 
-def _from_plan(text: str) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
-    plan = plan_named(text, "--corridor")
+def _from_plan(
+    text: str, args: argparse.Namespace
+) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
+    plan = plan_named(text, "--corridor", args)
     return plan.entry, plan.target
 
 
-def plan_named(text: str, option: str) -> "NeedlePlan":
+def plan_named(text: str, option: str, args: argparse.Namespace) -> "NeedlePlan":
     """The plan of FILE:NAME, or the only one of FILE.
 
     Args:
         text: What was given.
         option: To which option, for the message.
+        args: All options; they may state where the patient lies.
 
     Raises:
         UsageError, UnknownNameError, PlanError: There is no such plan, or several.
     """
     from borecheck.errors import UnknownNameError
-    from borecheck.plans.plan_file import read_plans
 
     file, name = text, ""
     if not Path(text).exists() and ":" in text:
         file, _, name = text.rpartition(":")
-    plans = {plan.name: plan for plan in read_plans(file)}
+    plans = {plan.name: plan for plan in plans_of(args, file)}
     if not name and len(plans) > 1:
         raise UsageError(
             f"{option} {text}: it holds {len(plans)} plans; say which: {file}:"
