@@ -133,7 +133,8 @@ def _others_told(found: Sequence[Series]) -> tuple[str, ...]:
     more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
     return (
         f"of {len(found)} series the longest across the body is taken, "
-        f"{_counted(first)}; left out: {counts}{more} (--list shows them, --series chooses)",
+        f"{_counted(first)}; left out: {counts}{more} (--list shows them, --series "
+        "chooses)",
     )
 
 
