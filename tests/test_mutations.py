@@ -7,6 +7,7 @@ import ast
 
 import pytest
 
+from studies.mutations import judge
 from studies.mutations.__main__ import KERNEL_TESTS, State, files_for, sample, sources
 from studies.mutations.changes import mutants, mutated
 from studies.mutations.exempt import EQUIVALENT, KERNELS
@@ -183,6 +184,54 @@ def test_tests_are_those_of_the_mirrored_room_the_modules_own_first():
     files = files_for("borecheck/contact/decision.py")
     assert files[0] == "tests/contact/test_decision.py"
     assert all(name.startswith("tests/contact/") for name in files)
+    assert len(set(files)) == len(files)
+
+
+def judge_of(monkeypatch, tests, statuses):
+    """What a child says of tests for which pytest ends so; and what it was asked."""
+    runs = []
+
+    def pytest_run(files, chosen, *_more):
+        runs.append((files, list(chosen._order)))
+        return statuses[len(runs) - 1]
+
+    monkeypatch.setattr(judge, "_pytest", pytest_run)
+    monkeypatch.setattr(judge, "Child", lambda run, seconds: run())
+    monkeypatch.setattr(judge.sys, "meta_path", [])
+    tree, first = ast.parse("a = 1"), ("own",)
+    return judge.judged("b/m.py", tree, tests, first=first, kernels=False), runs
+
+
+def test_what_no_test_reaches_is_missed(monkeypatch):
+    """Without a file pytest would run all, and end as if something had failed."""
+    answer, runs = judge_of(monkeypatch, [], [])
+    assert (answer["noticed"], runs) == (False, [])
+
+
+@pytest.mark.parametrize(
+    ("statuses", "noticed", "asked"),
+    [
+        ((1,), True, 1),
+        ((0, 1), True, 2),
+        ((0, 0), False, 2),
+        ((judge.NONE_FOUND, judge.NONE_FOUND), False, 2),
+        ((2,), True, 1),  # it cannot even be imported
+    ],
+)
+def test_own_tests_are_run_before_other_files_are_read(
+    monkeypatch, statuses, noticed, asked
+):
+    names = ("own::b", "other::a", "third::a", "own::a", "other::b")
+    tests = [KnownTest(name, 0.1, {}) for name in names]
+    answer, runs = judge_of(monkeypatch, tests, statuses)
+    assert answer["noticed"] == noticed
+    assert (
+        runs
+        == [
+            (["own"], ["own::b", "own::a"]),
+            (["other", "third"], ["other::a", "third::a", "other::b"]),
+        ][:asked]
+    )
 
 
 def test_tests_that_reach_the_line_are_asked_quickest_first():
@@ -198,7 +247,10 @@ def test_tests_that_reach_the_line_are_asked_quickest_first():
     every = [t.name for t in reaching(tests, module, (1, 1), importing=True)]
     assert every == ["quick", "elsewhere", "slow"]
     found = reaching(tests, module, (4, 5), importing=False, first=["slow"])
-    assert [t.name for t in found] == ["slow", "quick"]
+    assert [t.name for t in found] == ["quick", "slow"]
+    tests.append(KnownTest("own::test", 0.5, {module: frozenset({4})}))
+    found = reaching(tests, module, (4, 5), importing=False, first=["own"])
+    assert [t.name for t in found] == ["own::test", "quick", "slow"]
 
 
 def test_what_is_called_equivalent_is_there():

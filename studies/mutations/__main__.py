@@ -75,13 +75,21 @@ def sample(texts: dict[str, str], count: int, seed: int) -> list[Mutant]:
 
 
 def files_for(module: str) -> tuple[str, ...]:
-    """Where a module's tests are: first its own file, then its room's, then `ALSO`."""
+    """Where a module's tests are: first its own files, then its room's, then `ALSO`."""
     room = Path(module).parent.name
-    own = f"tests/{room}/test_{Path(module).stem}.py"
     folder = sorted((PROJECT / "tests" / room).glob("test_*.py"))
     names = [str(f.relative_to(PROJECT)) for f in folder]
     also = [name for name in ALSO.get(module, ()) if (PROJECT / name).is_file()]
-    return tuple(dict.fromkeys([*(n for n in names if n == own), *names, *also]))
+    return tuple(dict.fromkeys([*own_files(module), *names, *also]))
+
+
+def own_files(module: str) -> tuple[str, ...]:
+    """Files of tests that are named after a module, or look at its kernels."""
+    file = Path(module)
+    folder = PROJECT / "tests" / file.parent.name
+    files = [folder / f"test_{file.stem}.py", *folder.glob(f"test_{file.stem}_*.py")]
+    names = [str(f.relative_to(PROJECT)) for f in files if f.is_file()]
+    return (*KERNEL_TESTS.get(module, ()), *names)
 
 
 class State:
@@ -178,18 +186,20 @@ def run(
 
 
 def _asked(mutant: Mutant, state: State, texts: dict[str, str]) -> Child:
-    found = _tests_of(mutant, state, texts)
-    tree = mutated(texts[mutant.module], mutant.number)
-    return judge.judged(mutant.module, tree, found, kernels=_compiled(mutant, texts))
+    return judge.judged(
+        mutant.module,
+        mutated(texts[mutant.module], mutant.number),
+        _tests_of(mutant, state, texts),
+        first=own_files(mutant.module),
+        kernels=_compiled(mutant, texts),
+    )
 
 
 def _tests_of(mutant: Mutant, state: State, texts: dict[str, str]) -> list[KnownTest]:
     tests = [t for file in files_for(mutant.module) for t in state.tests[file]]
     importing = not mutant.function.rpartition(".")[2].islower()
     importing = importing or _compiled(mutant, texts)  # no line of it is traced
-    first: Sequence[str] = ()
-    if _compiled(mutant, texts):
-        first = KERNEL_TESTS.get(mutant.module, files_for(mutant.module)[:1])
+    first = own_files(mutant.module)
     lines = mutant.lines
     return list(
         judge.reaching(tests, mutant.module, lines, importing=importing, first=first)

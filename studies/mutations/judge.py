@@ -40,14 +40,17 @@ BELOW = (
 SLOWEST = 8.0
 # Of all that reach a change the quickest are run, until they take so long, [s].
 BUDGET = 30.0
+# Its own tests that take less come before all others, [s].
+QUICK = 1.0
 # Processor time for a mutant beside that of its tests, [s]; then it hangs: noticed.
 GRACE = 20.0
 COMPILING = 900.0
 # Calls of a function within a test whose lines are looked at: tracing takes time.
 ENOUGH = 200
 
-# What a child ends with.
-MISSED, NOTICED, BROKEN = 0, 1, 3
+# What pytest ends with where none of the tests asked for is there.
+NONE_FOUND = 5
+BROKEN = 3  # what a child ends with
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,11 @@ class KnownTest:
     name: str
     seconds: float
     lines: Mapping[str, frozenset[int]]
+
+    @property
+    def file(self) -> str:
+        """Where it stands."""
+        return self.name.partition("::")[0]
 
 
 class Recorder:
@@ -219,18 +227,36 @@ def record(files: Sequence[str], modules: Iterable[str]) -> list[KnownTest]:
 
 
 def judged(
-    module: str, tree: ast.Module, tests: Sequence[KnownTest], *, kernels: bool
+    module: str,
+    tree: ast.Module,
+    tests: Sequence[KnownTest],
+    *,
+    first: Sequence[str] = (),
+    kernels: bool,
 ) -> "Child":
-    """A child that runs the tests with the mutant; tells the one that fails."""
+    """A child that runs the tests with the mutant; tells the one that fails.
+
+    Args:
+        module: Path of the module.
+        tree: What is put in its place.
+        tests: In their order.
+        first: Files whose tests are run before the others' files are read.
+        kernels: Whether it holds compiled kernels.
+    """
 
     def run() -> dict[str, Any]:
         sys.meta_path.insert(0, Mutated(module, tree))
         if kernels:
             _compile_anew(PROJECT / module)
-        chosen = Chosen([test.name for test in tests])
-        files = list(dict.fromkeys(test.name.partition("::")[0] for test in tests))
-        status = _pytest(files, chosen, "-x")
-        return {"noticed": status != 0, "by": chosen.noticed_by or f"pytest {status}"}
+        own = [test for test in tests if test.file in first]
+        others = [test for test in tests if test.file not in first]
+        for some in filter(None, (own, others)):  # else all of them would be run
+            chosen = Chosen([test.name for test in some])
+            status = _pytest(list(dict.fromkeys(t.file for t in some)), chosen, "-x")
+            if status not in (0, NONE_FOUND):
+                by = chosen.noticed_by or f"pytest {status}"
+                return {"noticed": True, "by": by}
+        return {"noticed": False, "by": ""}
 
     seconds = GRACE + 3.0 * sum(test.seconds for test in tests)
     return Child(run, seconds + (COMPILING if kernels else 0.0))
@@ -330,13 +356,13 @@ def reaching(
         module: Its path.
         lines: First and last.
         importing: Whether the lines are run on import: then every test does.
-        first: Files whose tests come before all others.
+        first: Files whose quick tests come before all others.
     """
     wanted = set(range(lines[0], lines[1] + 1))
     spent = 0.0
 
     def place(test: KnownTest) -> tuple[bool, float]:
-        return test.name.partition("::")[0] not in first, test.seconds
+        return test.file not in first or test.seconds > QUICK, test.seconds
 
     for test in sorted(tests, key=place):
         if test.seconds > SLOWEST:

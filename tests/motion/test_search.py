@@ -293,6 +293,18 @@ def test_where_no_number_lies_between_nothing_is_halved():
     assert len(rows) == 8  # one for every number
 
 
+def test_what_moves_less_than_the_resolution_is_not_halved():
+    """A cube that passes through another: its edges are found in parts of 1/16 m."""
+    chain, pair, way, motion = pair_of(problem(0.5), [[0.0], [1.0]])
+    rows, looked, _ = module._by_boxes_and_planes(
+        chain, pair, way, motion, 0.1, 1000, np.zeros((0, 2))
+    )
+    assert looked <= 31  # of a tree with 16 leaves
+    lengths = rows[:, 1] - rows[:, 0]
+    assert lengths.min() == 1.0 / 16.0
+    assert rows[0, 0] <= 0.4 <= 0.6 <= rows[-1, 1]
+
+
 def test_what_is_settled_is_not_looked_at():
     is_settled = halving._is_settled.py_func
     settled = np.array([[0.0, 1.0], [2.0, 5.0]])

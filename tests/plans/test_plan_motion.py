@@ -1,3 +1,6 @@
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -5,7 +8,12 @@ import borecheck as bc
 from borecheck.errors import UsageError
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.plans.plan_file import read_plans
-from borecheck.plans.plan_motion import STANDOFF, UnreachableError, plan_motion
+from borecheck.plans.plan_motion import (
+    UnreachableError,
+    _not_solutions,
+    motion_of_plan,
+    plan_motion,
+)
 from tests.places import PROJECT, ROBOTS
 
 PLANS = PROJECT / "urdf" / "zerobot" / "examples" / "plans.csv"
@@ -28,7 +36,7 @@ def test_the_needle_goes_along_the_plan(mount):
         entry, target = np.array(plan.entry), np.array(plan.target)
         along = (target - entry) / np.linalg.norm(target - entry)
         places = [tip(robot, q) for q in motion.waypoints]
-        expected = [entry - STANDOFF * along, entry, target]
+        expected = [entry - 0.05 * along, entry, target]  # from 50 mm before
         for T, point in zip(places, expected, strict=True):
             np.testing.assert_allclose(T[:3, 3], point, atol=ROUNDING)
             np.testing.assert_allclose(T[:3, 2], along, atol=ROUNDING)
@@ -68,6 +76,34 @@ def test_another_mount_is_refused(zerobot):
     plan = NeedlePlan("m", (0.0, 0.0, 0.0), (0.0, 0.0, -0.05), mount="-90")
     with pytest.raises(UsageError, match="mount"):
         plan_motion(zerobot, plan)
+
+
+def test_a_motion_of_a_plan_for_another_mount_is_refused(zerobot):
+    plan = read_plans(PLANS)[0]
+    waypoints = plan_motion(zerobot, plan).waypoints
+    assert motion_of_plan(zerobot, plan, waypoints).plan is plan
+    other = "-90" if zerobot.arguments["mount"] == "+90" else "+90"
+    with pytest.raises(UsageError, match=f"is for mount .{other[1:]}, the robot"):
+        motion_of_plan(zerobot, replace(plan, mount=other), waypoints)
+
+
+@pytest.mark.parametrize(
+    ("configurations", "rejected", "said"),
+    [
+        (((1.0, 2.0),), (), None),
+        ([], ["q1 is too long"], None),
+        (((1.0, 2.0),), None, "it must be Solutions"),
+        (None, (), "it must be Solutions"),
+        (((1.0, 2.0), (1.0,)), (), r"shape (1,), not (2,)"),
+        (((1.0, "far"),), (), "is not numbers"),
+        (((1.0, np.inf),), (), "is not finite"),
+    ],
+)
+def test_what_an_inverse_gives_is_looked_at(configurations, rejected, said):
+    given = SimpleNamespace(configurations=configurations, rejected=rejected)
+    found = _not_solutions(2, given)
+    assert found is None if said is None else said in found
+    assert "it must be Solutions" in _not_solutions(2, None)
 
 
 def test_a_stranger_has_no_inverse():

@@ -1,6 +1,7 @@
 """Needle plans of arms without a closed form: on the line at every instant."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from borecheck.plans.plan_motion import (
     motion_of_plan,
     plan_motion,
 )
+from borecheck.plans.whole_arm import JUMP, _Followed
 from tests.places import ROBOTS
 
 PLAN = NeedlePlan("steep", (0.5, 0.0, 0.1), (0.49, 0.02, 0.03))
@@ -107,6 +109,29 @@ def test_what_is_not_found_has_a_reason(arm, entry, target, says):
     with pytest.raises(UnreachableError, match=says) as told:
         plan_motion(arm, NeedlePlan("far", entry, target))
     assert "plan far" in str(told.value)
+
+
+def test_a_beginning_that_jumps_ends_no_other():
+    """Three ways of two joints; the second jumps at the last station."""
+    steps = {0.01: [0.1, 0.1, 0.2], 0.02: [0.1, -2.0 * JUMP, 0.9 * JUMP]}
+
+    def descend(before, tip, _aim):
+        change = np.array(steps[round(float(tip[0, 2]), 6)])
+        return before + np.outer(change, [0.0, 1.0]), np.zeros(len(before))
+
+    task = SimpleNamespace(
+        descend=descend, active=[0, 1], lower=[-1.0, -1.0], upper=[1.0, 1.0]
+    )
+    plan = NeedlePlan("up", (0.0, 0.0, 0.0), (0.0, 0.0, 0.02))
+    followed = _Followed(task, plan, np.array([0.0, 0.01, 0.02]))
+    begins = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    ways = followed.motions(begins)
+    assert ways[:, 0].tolist() == [[0.0, 0.0], [2.0, 0.0]]
+    np.testing.assert_allclose(ways[:, -1, 1], [0.2, 0.2 + 0.9 * JUMP])
+    # what ended is told: where it was, and which joint stood at its limit
+    said = followed.why(("turn", "lift"))
+    assert "the farthest ends 0.0 mm before the end: turn is at its limit 1" in said
+    assert "lift" not in said
 
 
 def test_of_several_ways_the_one_with_most_room_is_taken(arm):
