@@ -14,6 +14,7 @@ CONTENTS = {
     "line.mrk.json": "the first of them in a patient's coordinates, from 3D Slicer",
     "path.csv": "the arm's way to where the first plan begins",
     "insertion.csv": "the first plan's insertion by the arm, as a path",
+    "whole.csv": "the arm's way and the insertion in one path",
     "case.toml": "arm, gantry, torso and plans in one case file",
     "errors.json": "how inexact zerobot is, for --uncertainty",
 }

@@ -13,9 +13,11 @@ by changing the joints one after the other, from the standing surface's side on,
 step turns the surface about one axis while all joints behind it still stand at q_m: it
 moves by at most |theta_j - theta_j,m| d_j. The sum bounds the whole displacement.
 
-A passage (a needle and its patient) has no clearance. Its intervals name an instant and
-a displacement; grown by it, what the needle takes up at that instant is in the corridor
-or clear of the patient (`passage`).
+A passage (a needle and its patient) has two lists of intervals, which together cover
+the motion. Those `beside` are as of any pair: there the needle is plainly clear of the
+patient. The others have no clearance, but an instant and a displacement; grown by it,
+what the needle takes up at that instant is in the corridor or clear of the patient
+(`passage`).
 
 Times count waypoints: 0 at the first, n - 1 at the last, straight in between.
 """
@@ -36,7 +38,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.core.whole_files import check_writable, written_beside
 from borecheck.errors import BorecheckError
-from borecheck.motion.cover import apart, cover, keeps
+from borecheck.motion.cover import apart, beside_or_within, cover
 from borecheck.motion.outcome import PathVerdict
 from borecheck.motion.problem import (
     Body,
@@ -53,6 +55,8 @@ Array = NDArray[np.float64]
 
 FORMAT = "borecheck path certificate"
 FORMAT_VERSION = 2
+# Of intervals in which two surfaces stay apart.
+_COLUMNS = ["from", "to", "at", "clearance_m", "displacement_m"]
 # Names of the arrays in the file of meshes.
 _MESH_ARRAY = re.compile(r"[0-9a-f]{64}\.(vertices|triangles)")
 
@@ -91,10 +95,13 @@ def certificate(
             return None
         record["intervals"] = intervals
     for passage, record in zip(problem.passages, content["passages"], strict=True):
-        intervals = cover(motion, keeps(problem, passage, motion))
+        intervals = cover(motion, beside_or_within(problem, passage, motion))
         if intervals is None:
             return None
-        record["intervals"] = intervals
+        columns = record["columns"]
+        record["intervals"] = [row for row in intervals if len(row) == len(columns)]
+        beside = [row for row in intervals if len(row) != len(columns)]
+        record["beside"] = {"columns": _COLUMNS, "intervals": beside}
     return {**content, "sha256": digest(content)}
 
 
@@ -226,7 +233,7 @@ def _pair_record(problem: PathProblem, pair: Pair) -> dict[str, Any]:
         "moving": bodies.index(pair.moving),
         "standing": bodies.index(pair.standing),
         "margin_m": float(pair.margin),
-        "columns": ["from", "to", "at", "clearance_m", "displacement_m"],
+        "columns": _COLUMNS,
     }
 
 

@@ -50,31 +50,33 @@ def examine_containment(
             reason = f"{' and '.join(names)}: open, what it holds cannot be told"
             timeline.add_unknown(pair.names, reason)
         return
-    for start, end in _clear_stretches(timeline.not_clear_for(pair.names)):
+    for start, end in left_of_path(timeline.not_clear_for(pair.names)):
         # A stretch is proven clear with its ends, so any instant of it will do.
         placed = motion.place(chain, start * timeline.span)
         T_a = placed[a.frame]
         T_b = b.T_frame_mesh if b.frame == WORLD else placed[b.frame]
-        found = _held(a, T_a, b, T_b)
+        found = held(a, T_a, b, T_b)
         if found.kind == "unknown":
             timeline.add_unknown(pair.names, found.reason)
         elif found.kind != "none":
             timeline.add_contained(pair.names, found.reason, start, end)
 
 
-def _clear_stretches(taken: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """What is left of the path from 0 to 1."""
+def left_of_path(
+    taken: list[tuple[float, float]], whole: float = 1.0
+) -> list[tuple[float, float]]:
+    """What is left of a path from 0 to its whole length, in order."""
     left, begin = [], 0.0
     for start, end in sorted(taken):
         if start > begin:
             left.append((begin, start))
         begin = max(begin, end)
-    if begin < 1.0:
-        left.append((begin, 1.0))
+    if begin < whole:
+        left.append((begin, whole))
     return left
 
 
-def _held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Enclosure:
+def held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Enclosure:
     """Whether one of two bodies, surfaces apart, holds a part of the other."""
     doubt = False
     for kind, inner, T_inner, outer, T_outer in (

@@ -2,10 +2,13 @@
 
 A pair is placed in the middle of an interval. If its clearance there exceeds the margin
 and how far any of its points moves within the interval, the interval is clear; if not,
-it is halved. Of a passage the needle's box of depth and distance aside is allowed.
+it is halved. Of a passage an interval may also have the needle in its corridor: what
+its slabs of depth and distance aside hold is allowed. Which of both it is, its length
+says.
 """
 
 from collections.abc import Callable
+from functools import partial
 
 from borecheck.motion.bounds import Route, route
 from borecheck.motion.by_distance import displacement_about
@@ -21,6 +24,8 @@ Proof = Callable[[float, float, float], Interval | None]
 MOST_INTERVALS = 5_000
 # By how much the clearance must exceed margin and displacement, [m].
 RESERVE = 1e-8
+# A needle farther from its patient, beyond the margin, needs no corridor, [m].
+AT_THE_SKIN = 2e-3
 
 
 def cover(motion: Motion, proven: Proof) -> list[Interval] | None:
@@ -66,12 +71,36 @@ def apart(
     return [begin, end, middle, clearance, moved]
 
 
+def beside_or_within(problem: PathProblem, passage: Passage, motion: Motion) -> Proof:
+    """What proves an interval of a passage: plainly clear first, else by its corridor.
+
+    The interval is that of `apart`, or else of `keeps`, which has no clearance.
+    """
+    pair = problem.passage_pair(passage)
+    way = route(problem.chain, WORLD, pair.moving.frame)
+    clear = partial(apart, problem.chain, pair, way, motion)
+    within = keeps(problem, passage, motion)
+
+    def proven(begin: float, middle: float, end: float) -> Interval | None:
+        interval = clear(begin, middle, end)
+        if interval is not None:
+            return interval
+        T_world_needle = motion.place(problem.chain, middle)[pair.moving.frame]
+        near = pair.margin + AT_THE_SKIN
+        patient, T = pair.standing.tree, pair.standing.T_frame_mesh
+        if pair.moving.tree.within(patient, T_world_needle, T, near).verdict == "clear":
+            return None  # its halves are plainly clear, no corridor is needed
+        return within(begin, middle, end)
+
+    return proven
+
+
 def keeps(problem: PathProblem, passage: Passage, motion: Motion) -> Proof:
-    """What proves an interval of a passage."""
+    """What proves an interval of a passage by its corridor."""
     chain = problem.chain
     needle = problem.parts[passage.part]
     patient = problem.obstacles[passage.obstacle]
-    approach = Approach(patient, passage.corridor)
+    approach = Approach(patient, passage.corridor, problem.margin)
     pair, way = Pair(needle, patient, 0.0), route(chain, WORLD, needle.frame)
 
     def proven(begin: float, middle: float, end: float) -> Interval | None:

@@ -12,6 +12,9 @@ Before it. What lies before the near end must be clear of the patient. The slabs
 cut off at that end, are joined by the line they are about; if no triangle of the
 patient, cut off at a slab's ends, comes as near to the line as the slab is wide, none
 meets it, and one point known to be outside the patient shows that all of them are.
+
+In line. With a margin only a needle whose tip is about the line may come nearer to the
+patient: what of it is foremost must be no farther aside than the corridor allows.
 """
 
 from dataclasses import dataclass
@@ -85,10 +88,12 @@ class Approach:
     Attributes:
         patient: The patient, in the world.
         corridor: The corridor.
+        margin: Required of a needle that is not in line, [m].
     """
 
     patient: "Body"
     corridor: Corridor
+    margin: float = 0.0
 
     @cached_property
     def _surface(self) -> tuple[Array, Array]:
@@ -104,7 +109,15 @@ class Approach:
     def allows(self, slabs: Slabs) -> bool:
         """Whether the needle may be anywhere in its slabs."""
         near = -self.corridor.slack
+        if self.margin > 0.0 and not self.is_in_line(slabs):
+            return False
         return self.holds_deep(slabs) and self.is_free(slabs.before(near))
+
+    def is_in_line(self, slabs: Slabs) -> bool:
+        """Whether the foremost part of the needle surely is about the line."""
+        slack = self.corridor.slack
+        tip = slabs.high >= slabs.high.max() - slack - RESERVE
+        return not (slabs.aside[tip] > self.corridor.radius + slack).any()
 
     def holds_deep(self, slabs: Slabs) -> bool:
         """Whether the corridor holds what reaches deeper than its near end.
@@ -139,6 +152,8 @@ class Approach:
         """Whether no triangle meets the solid cylinder about a stretch of the line."""
         corners, nearest = self._surface
         near = corners[nearest <= aside]
+        if _has_corner_in(near, low, high, aside):  # quick, where the cylinder is wide
+            return False
         part = cut_off(near, near[:, :, 0], high + RESERVE)
         part = cut_off(part, -part[:, :, 0], RESERVE - low)
         return bool((distances_across(part) > aside).all())
@@ -152,6 +167,11 @@ class Approach:
             return False
         side = side_of(point, self.patient.mesh, self.patient.topology)
         return side is Side.OUTSIDE
+
+
+def _has_corner_in(corners: Array, low: float, high: float, aside: float) -> bool:
+    depth, across = corners[:, :, 0], np.linalg.norm(corners[:, :, 1:], axis=2)
+    return bool(((low <= depth) & (depth <= high) & (across <= aside)).any())
 
 
 def cut_off(corners: Array, depth: Array, limit: float) -> Array:

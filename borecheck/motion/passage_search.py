@@ -9,8 +9,14 @@ and what lies before it allow these slabs (`passage`), all of the leg is clear.
 
 What stays open is halved. A short piece is judged at a pose, by the exact test and as a
 single configuration is; if that shows no contact either, it is `unknown`.
+
+Where the needle is plainly clear of the patient nothing of this is asked (`beside`).
+With a margin it must be farther away there; a tip aside of the corridor's line that is
+nearer is contact, as that of any part.
 """
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,6 +57,8 @@ def examine_passage(
     corridor: Corridor,
     motion: "Motion",
     timeline: Timeline,
+    stretches: Sequence[tuple[float, float]],
+    margin: float,
 ) -> None:
     """Adds to the timeline where the needle is not shown to keep to its corridor.
 
@@ -61,8 +69,13 @@ def examine_passage(
         corridor: Where it may be there.
         motion: The whole motion.
         timeline: Gathers the findings.
+        stretches: Where that is asked, in waypoints, in order; elsewhere the needle is
+            known to be plainly clear of the patient.
+        margin: As near as this the needle's tip may come in line with its corridor
+            alone, [m].
     """
-    PassageSearch(chain, needle, patient, corridor, motion).run(timeline)
+    asked = PassageSearch(chain, needle, patient, corridor, motion, margin)
+    asked.run(timeline, stretches)
 
 
 class PassageSearch:
@@ -75,10 +88,11 @@ class PassageSearch:
         patient: "Body",
         corridor: Corridor,
         motion: "Motion",
+        margin: float = 0.0,
     ) -> None:
-        self.chain, self.motion = chain, motion
+        self.chain, self.motion, self.margin = chain, motion, margin
         self.needle, self.patient, self.corridor = needle, patient, corridor
-        self.approach = Approach(patient, corridor)
+        self.approach = Approach(patient, corridor, margin)
         self.way: Route = route(chain, WORLD, needle.frame)
         self.gain = gains(chain, self.way, needle.radius, motion.largest) * GENEROUS
         self.names = (needle.name, patient.name)
@@ -86,10 +100,10 @@ class PassageSearch:
         self.enough, self.finest = FIRST_CONTACT, FINEST
         self.judged = 0
 
-    def run(self, timeline: Timeline) -> None:
-        """Examines all legs, in order."""
-        legs = len(self.motion.theta) - 1
-        waiting = [(float(k), k + 1.0) for k in reversed(range(legs))]
+    def run(self, timeline: Timeline, stretches: Sequence[tuple[float, float]]) -> None:
+        """Examines stretches leg by leg, in order."""
+        waiting = legs_of(stretches)[::-1]
+        legs = len(waiting)
         rows: list[tuple[float, float, float]] = []
         looked = 0
         while waiting:
@@ -169,7 +183,7 @@ class PassageSearch:
             topologies = self.needle.topology, self.patient.topology
             found = contained(placed, patient, *topologies)
             if found.kind == "none":
-                return CERTIFIED, ""
+                return (TOUCHED if self._is_too_near(T) else CERTIFIED), ""
             return (UNDECIDED if found.kind == "unknown" else TOUCHED), found.reason
         if not self.corridor.allows(placed, patient, pairs).all():
             return TOUCHED, ""
@@ -177,3 +191,24 @@ class PassageSearch:
         if stray is None:
             return CERTIFIED, ""
         return (TOUCHED if stray.certain else UNDECIDED), stray.reason
+
+    def _is_too_near(self, T: Array) -> bool:
+        """Whether the tip is aside of its line, and the patient nearer than allowed."""
+        if self.margin == 0.0:
+            return False
+        depth, aside = depth_and_aside(self.needle, self.corridor, T)
+        tip = np.unravel_index(depth.argmax(), depth.shape)
+        if aside[tip] <= self.corridor.radius + self.corridor.slack:
+            return False
+        found = self.needle.tree.within(self.patient.tree, T, EYE, self.margin)
+        return bool(found.verdict != "clear")
+
+
+def legs_of(stretches: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Stretches cut at the waypoints in them, in order."""
+    found = []
+    for begin, end in stretches:
+        inside = range(int(begin) + 1, int(np.ceil(end)))
+        cuts = [begin, *(float(k) for k in inside), end]
+        found += list(pairwise(cuts))
+    return found

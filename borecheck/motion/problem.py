@@ -215,6 +215,11 @@ class PathProblem:
         ]
         return (*against_obstacles, *within_robot)
 
+    def passage_pair(self, passage: Passage) -> Pair:
+        """Needle and patient as any part and obstacle: where no corridor is needed."""
+        part, obstacle = self.parts[passage.part], self.obstacles[passage.obstacle]
+        return Pair(part, obstacle, self.margin)
+
     @property
     def obstacle_pair_count(self) -> int:
         """How many of the pairs, the first ones, are of a part and an obstacle."""

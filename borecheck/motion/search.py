@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from borecheck.errors import UsageError
 from borecheck.motion import halving
-from borecheck.motion.bounds import Route
+from borecheck.motion.beside import not_beside
+from borecheck.motion.bounds import Route, route
 from borecheck.motion.broadphase import rooms_of_pairs
 from borecheck.motion.by_distance import by_distance
 from borecheck.motion.containment import examine_containment
@@ -26,9 +27,17 @@ from borecheck.motion.outcome import (
     path_verdict,
 )
 from borecheck.motion.passage_search import examine_passage
-from borecheck.motion.problem import Body, Motion, Pair, PathProblem, path_motion
+from borecheck.motion.problem import (
+    Body,
+    Motion,
+    Pair,
+    Passage,
+    PathProblem,
+    path_motion,
+)
 from borecheck.motion.round_shapes import between
 from borecheck.robots.kinematics.chain import JointChain
+from borecheck.robots.kinematics.forward import WORLD
 
 Array = NDArray[np.float64]
 
@@ -82,9 +91,7 @@ def search(
         if not room > 0.0:
             examine_containment(chain, pair, way, motion, timeline)
     for passage in problem.passages:
-        needle = problem.parts[passage.part]
-        patient = problem.obstacles[passage.obstacle]
-        examine_passage(chain, needle, patient, passage.corridor, motion, timeline)
+        _examine_passage(problem, passage, motion, resolution, piece_limit, timeline)
     verdict = path_verdict(timeline, len(problem.pairs) + len(problem.passages))
     if problem.doubt is not None:
         verdict = in_doubt(verdict, problem.doubt)
@@ -136,6 +143,33 @@ def _examine(
         timeline.add(pair.names, found.rows)
     if found.gave_up:
         timeline.note(pair.names, f"gave up after {found.pieces} pieces")
+
+
+def _examine_passage(
+    problem: PathProblem,
+    passage: Passage,
+    motion: Motion,
+    resolution: float,
+    piece_limit: int,
+    timeline: Timeline,
+) -> None:
+    """A needle is clear of the patient as any part, or keeps to its corridor."""
+    chain = problem.chain
+    pair = problem.passage_pair(passage)
+    way = route(chain, WORLD, pair.moving.frame)
+    nowhere = np.zeros((0, 2))
+    found = examine_pair(chain, pair, way, motion, resolution, piece_limit, nowhere)
+    timeline.count(found.pieces, found.poses)
+    examine_passage(
+        chain,
+        pair.moving,
+        pair.standing,
+        passage.corridor,
+        motion,
+        timeline,
+        not_beside(chain, pair, motion, found.rows),
+        pair.margin,
+    )
 
 
 def examine_pair(

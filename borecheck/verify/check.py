@@ -11,7 +11,10 @@ start (`verify.solid`).
 
 A passage is a pair that may touch within a stated corridor, a needle and its patient.
 Its intervals name an instant and a displacement; `verify.passage` says what must hold
-then, and how wide a corridor may be.
+then, and how wide a corridor may be. Others, `beside`, say that the needle is plainly
+clear of the patient: they are asked as those of any pair, with the same margin, and
+that neither holds the other where each run of them begins. Together they must cover the
+motion; which of both an interval is said to be is no evidence for it.
 
 A certificate alone shows that the motion it describes is clear. That this is the motion
 of a certain robot, scene and plan is known only if these are given: `verify.binding`.

@@ -98,7 +98,11 @@ class Claims:
 
     def _limits_of(self, passage: Passage) -> str:
         a, b = self.bodies[passage.moving], self.bodies[passage.standing]
-        return f"{a.name} in {b.name} {StatedCorridor(passage, b.mesh.corners)}"
+        where = f"{a.name} in {b.name} {StatedCorridor(passage, b.mesh.corners)}"
+        if len(passage.beside) == 0:
+            return where
+        times = _spans(passage.intervals)
+        return f"{where}; asked for waypoints {times}, plainly clear of it elsewhere"
 
     def _required(self) -> set[tuple[int, int]]:
         """Every part against every obstacle, and pairs of parts; no exception."""
@@ -155,12 +159,17 @@ class Claims:
         for index in (one.moving, one.standing):
             if not self.bodies[index].closed:
                 raise Rejected(f"{self.bodies[index].name} is open, it has no inside")
-        self._covers(one.intervals)
         if isinstance(one, Passage):
+            self._covers(_in_order(one.intervals[:, :3], one.beside[:, :3]))
+            self._has_room(one.as_pair(self.stated.margin))
             return
+        self._covers(one.intervals)
         against_obstacle = one.standing >= self.stated.parts
         if one.margin < (self.stated.margin if against_obstacle else 0.0):
             raise Rejected("examined with a smaller margin")
+        self._has_room(one)
+
+    def _has_room(self, one: Pair) -> None:
         clearance, moved = one.intervals[:, 3], one.intervals[:, 4]
         wrong = np.flatnonzero(~(clearance > moved + one.margin + RESERVE))
         if len(wrong):
@@ -171,6 +180,8 @@ class Claims:
 
     def _covers(self, intervals: Array) -> None:
         begin, end, at = intervals[:, 0], intervals[:, 1], intervals[:, 2]
+        if len(begin) == 0:
+            raise Rejected("no intervals are stated")
         if begin[0] != 0.0 or end[-1] != self.stated.end:
             raise Rejected("the intervals leave out an end of the path")
         wrong = np.flatnonzero(begin[1:] != end[:-1])
@@ -183,11 +194,14 @@ class Claims:
         """What geometry and kinematics must confirm."""
         if isinstance(one, Passage):
             self._passage(one)
-            return
+            one = one.as_pair(self.stated.margin)
+        end = None
         for row in one.intervals:
             self._interval(one, row)
             self.checked += 1
-        self._holds_nothing(self.bodies[one.moving], self.bodies[one.standing])
+            if row[0] != end:  # from here on the surfaces never meet
+                self._holds_nothing(one, float(row[0]))
+            end = row[1]
 
     def _interval(self, pair: Pair, row: Array) -> None:
         a, b = self.bodies[pair.moving], self.bodies[pair.standing]
@@ -219,9 +233,10 @@ class Claims:
             )
         return max(moved, stated)
 
-    def _holds_nothing(self, a: Surface, b: Surface) -> None:
-        """At the start, neither closed surface holds a part of the other."""
-        T_b_a = self._T_b_a(a, b, 0.0)
+    def _holds_nothing(self, pair: Pair, time: float) -> None:
+        """At that time neither closed surface holds a part of the other."""
+        a, b = self.bodies[pair.moving], self.bodies[pair.standing]
+        T_b_a = self._T_b_a(a, b, time)
         for inner, outer, T in ((a, b, T_b_a), (b, a, inverse(T_b_a))):
             for corner in inner.one_corner_each:
                 side = side_of(T[:3, :3] @ corner + T[:3, 3], outer.mesh)
@@ -234,7 +249,10 @@ class Claims:
                     )
 
     def _passage(self, passage: Passage) -> None:
-        """A needle is in its corridor, or outside the patient and not touching it."""
+        """Where a needle is said to keep to its corridor: in it, or before the entry.
+
+        There it is outside the patient and does not touch it.
+        """
         a, b = self.bodies[passage.moving], self.bodies[passage.standing]
         R, shift = b.T_frame_mesh[:3, :3], b.T_frame_mesh[:3, 3]
         corridor = StatedCorridor(passage, b.mesh.corners @ R.T + shift)
@@ -244,7 +262,7 @@ class Claims:
             moved = self._moved(a, b, row, float(row[3])) + RESERVE
             T = a.placed(self.chain.placements(float(row[2])))
             needle = a.mesh.corners @ T[:3, :3].T + T[:3, 3]
-            wrong = corridor.why_not(needle, moved)
+            wrong = corridor.why_not(needle, moved, self.stated.margin)
             if wrong:
                 raise Rejected(f"{_stretch(row)}: {a.name} {wrong}")
             tail = back[:3, :3] @ corridor.before(needle, moved) + back[:3, 3]
@@ -259,6 +277,23 @@ class Claims:
                 f"the corridor is {1e3 * passage.radius:g} mm wide about its line, "
                 f"{a.name} only {1e3 * widest:.3g} mm"
             )
+
+
+def _in_order(*lists: Array) -> Array:
+    """Intervals of several lists by when they begin."""
+    rows = np.concatenate(lists)
+    return rows[np.argsort(rows[:, 0], kind="stable")]
+
+
+def _spans(rows: Array) -> str:
+    """From when to when intervals go, joined where one begins as another ends."""
+    spans: list[list[float]] = []
+    for begin, end in _in_order(rows)[:, :2]:
+        if spans and spans[-1][1] == begin:
+            spans[-1][1] = end
+        else:
+            spans.append([begin, end])
+    return ", ".join(f"{begin:.6g} to {end:.6g}" for begin, end in spans) or "none"
 
 
 def _stretch(row: Array) -> str:

@@ -8,6 +8,10 @@ cylinders must lie in the corridor; what of them lies before it must be clear of
 patient. Cylinders are joined by the line, so one point of it that is outside the
 patient, and a patient that meets neither, shows that all of them are outside.
 
+Where a margin is stated, only a needle in line may come nearer to the patient: its
+foremost cylinders, as deep as the deepest less the slack, must be as narrow as the
+corridor.
+
 A corridor is a needle's: no wider than the needle itself is where it enters, and its
 slack no more than a hole in the skin needs. So a passage cannot stand for an arm.
 """
@@ -77,12 +81,15 @@ class StatedCorridor:
         middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
         return deepest, float(np.linalg.norm(seen - middle, axis=1).max())
 
-    def why_not(self, needle: Array, moved: float) -> str:
+    def why_not(self, needle: Array, moved: float, margin: float = 0.0) -> str:
         """What is wrong with a needle's triangles (m, 3, 3), moved so far; or ""."""
         depth, aside = self._depth_and_aside(needle)
         grow = moved + ROUNDING
         low, high = depth.min(axis=1) - grow, depth.max(axis=1) + grow
         wide, near = aside.max(axis=1) + grow, -self.slack
+        tip = high >= high.max() - self.slack
+        if margin > 0.0 and (wide[tip] > self.radius + self.slack).any():
+            return "may be nearer than the margin, and not in line"
         if depth.min() + grow >= near:
             return "may be in with all of its length"
         deep = high > near

@@ -195,7 +195,7 @@ def _passages(value: Any, parts: int, bodies: int) -> tuple[Passage, ...]:
     for k, item in enumerate(listed(value, "passages", MOST_PAIRS)):
         name = f"passage {k}"
         needed = ("moving", "standing", *CORRIDOR, "columns", "intervals")
-        fields = record(item, name, needed)
+        fields = record(item, name, needed, ("beside",))
         moving = whole(fields["moving"], f"{name}: moving", 0, parts - 1)
         standing = whole(fields["standing"], f"{name}: standing", parts, bodies - 1)
         found.append(
@@ -203,10 +203,19 @@ def _passages(value: Any, parts: int, bodies: int) -> tuple[Passage, ...]:
                 moving,
                 standing,
                 *_corridor(fields, name),
-                _intervals(fields, name, _PASSAGE_COLUMNS),
+                _intervals(fields, name, _PASSAGE_COLUMNS, 0),
+                _beside(fields, f"{name}: beside"),
             )
         )
     return tuple(found)
+
+
+def _beside(fields: Mapping[str, Any], name: str) -> Array:
+    """Where a needle is said to be plainly clear of its patient; may be nowhere."""
+    if "beside" not in fields:
+        return np.zeros((0, len(_PAIR_COLUMNS)))
+    beside = record(fields["beside"], name, ("columns", "intervals"))
+    return _intervals(beside, name, _PAIR_COLUMNS, 0)
 
 
 def _corridor(
@@ -220,11 +229,15 @@ def _corridor(
     )
 
 
-def _intervals(fields: Mapping[str, Any], name: str, columns: list[str]) -> Array:
+def _intervals(
+    fields: Mapping[str, Any], name: str, columns: list[str], least: int = 1
+) -> Array:
     if fields["columns"] != columns:
         raise Rejected(f"{name}: its columns are not {', '.join(columns)}")
-    rows = listed(fields["intervals"], f"{name}: intervals", MOST_INTERVALS, 1)
+    rows = listed(fields["intervals"], f"{name}: intervals", MOST_INTERVALS, least)
     shape = (len(rows), len(columns))
+    if not rows:
+        return np.zeros(shape)
     return array(rows, f"{name}: intervals", shape, float(MOST_WAYPOINTS))
 
 

@@ -4,7 +4,7 @@ Read from its document by `verify.read_statement`.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -77,7 +77,11 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """A needle in its corridor: the indices, corridor, and rows of intervals."""
+    """A needle and its patient: the indices, corridor, and rows of intervals.
+
+    Those of `intervals` are said to keep to the corridor, those `beside` to stay apart
+    as any pair must.
+    """
 
     moving: int
     standing: int
@@ -86,6 +90,11 @@ class Passage:
     radius: float
     slack: float
     intervals: Array
+    beside: Array = field(default_factory=lambda: np.zeros((0, 5)))
+
+    def as_pair(self, margin: float) -> Pair:
+        """What is said of it where it stays apart."""
+        return Pair(self.moving, self.standing, margin, self.beside)
 
 
 @dataclass(frozen=True, eq=False)

@@ -259,6 +259,18 @@ def through_a_corridor(document: Document, wrong: list[int]) -> None:
     without_pair(document, wrong)
 
 
+def beside_a_corridor(document: Document, wrong: list[int]) -> None:
+    """What touches is a needle with a corridor, said to be clear all the way."""
+    rows = [document["pairs"][k]["intervals"] for k in wrong]
+    through_a_corridor(document, wrong)
+    columns = ["from", "to", "at", "clearance_m", "displacement_m"]
+    for passage, intervals in zip(
+        document["passages"][-len(wrong) :], rows, strict=True
+    ):
+        passage["intervals"] = []
+        passage["beside"] = {"columns": columns, "intervals": intervals}
+
+
 def far_away(document: Document, wrong: list[int]) -> None:
     """So far that a step of the numbers is larger than the robot."""
     for body in document["bodies"][document["part_count"] :]:
@@ -292,7 +304,7 @@ LIES: tuple[Lie, ...] = (
     nothing, less_moved, more_apart, hardly_apart, instants_elsewhere,
     standing_instants, left_out, bridged, backwards, without_pair, another_twice,
     other_body, excluded, allowed, negative_margin, no_parts, many_parts,
-    through_a_corridor, far_away, nowhere, shrunk, long_axis,
+    through_a_corridor, beside_a_corridor, far_away, nowhere, shrunk, long_axis,
 )  # fmt: skip
 
 

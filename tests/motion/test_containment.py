@@ -49,7 +49,7 @@ def examined(monkeypatch, answers, taken=()):
         times.append(float(T_a[0, 3]))
         return next(waiting)
 
-    monkeypatch.setattr(module, "_held", held)
+    monkeypatch.setattr(module, "held", held)
     module.examine_containment(chain, pair, way, motion, timeline)
     return timeline, times
 
@@ -88,7 +88,7 @@ def test_what_cannot_be_told_is_said_with_its_reason(monkeypatch):
     ],
 )
 def test_of_an_open_surface_boxes_alone_tell(monkeypatch, first, second, names):
-    monkeypatch.setattr(module, "_held", lambda *given: 1 / 0)
+    monkeypatch.setattr(module, "held", lambda *given: 1 / 0)
     for place, apart in (((0.5, 0.0, 0.0), False), ((0.5, 0.3, 0.0), True)):
         given, timeline = setting(first, second, place), Timeline(1.0)
         module.examine_containment(*given, timeline)
@@ -97,7 +97,7 @@ def test_of_an_open_surface_boxes_alone_tell(monkeypatch, first, second, names):
 
 
 def test_what_is_left_of_the_path():
-    left = module._clear_stretches
+    left = module.left_of_path
     assert left([]) == [(0.0, 1.0)]
     assert left([(0.0, 1.0)]) == []
     assert left([(0.0, 0.5)]) == [(0.5, 1.0)]
@@ -127,7 +127,7 @@ def test_which_of_two_solids_holds_the_other(swap):
         if "touches" in reason:  # exactly so where nothing is turned
             ends = tuple(np.eye(4) if e is here else e for e in ends)
             ends = tuple(transform(place) if e is there else e for e in ends)
-        found = module._held(*ends)
+        found = module.held(*ends)
         expected = kind if kind == "none" else "b_in_a" if swap else "a_in_b"
         assert found.kind == expected, place
         assert found.reason == reason or "touches" in reason
@@ -158,7 +158,7 @@ def test_only_where_crossings_may_cancel_the_slow_way_is_asked(
     place = transform([0.02, 0.01, 0.03])
     ends = [(small, place), (room, np.eye(4))]
     (a, T_a), (b, T_b) = ends[::-1] if swap else ends
-    found = module._held(a, T_a, b, T_b)
+    found = module.held(a, T_a, b, T_b)
     if tells:
         assert found == Enclosure("none", "no ray crosses anything")
         assert asked == []

@@ -1,5 +1,7 @@
 """A needle driven along a corridor, or out of it: what is proven, what is found."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,10 +11,11 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.triangles.placing import place_mesh
 from borecheck.motion import passage_search
+from borecheck.motion.beside import not_beside
 from borecheck.motion.halving import CERTIFIED, TOUCHED, UNDECIDED
 from borecheck.motion.outcome import Timeline
 from borecheck.motion.passage import Approach
-from borecheck.motion.passage_search import PassageSearch
+from borecheck.motion.passage_search import PassageSearch, legs_of
 from borecheck.motion.problem import Body, Passage, PathProblem, path_motion
 from borecheck.motion.search import search
 from borecheck.plans.corridor import SLACK, Corridor
@@ -106,6 +109,8 @@ def problem(*patient, tool=None, chain=None):
     )
 
 
+# both legs of it, in waypoints
+WHOLE = [(0.0, 2.0)]
 STRAIGHT = [[STANDOFF, 0.0], [ENTRY, 0.0], [TARGET, 0.0]]
 
 
@@ -114,7 +119,6 @@ def test_a_straight_insertion_is_proven_clear_with_few_pieces():
     assert found.verdict == "clear"
     assert found.certified
     assert found.counts["pairs"] == 1
-    assert found.counts["pieces"] <= 4
     without = PathProblem(crank(), problem().parts, problem().obstacles)
     assert search(without, STRAIGHT).verdict == "contact"
 
@@ -165,6 +169,78 @@ def test_above_the_skin_it_may_leave_its_line():
     assert search(problem(block(), post, chain=crank(0.005)), STRAIGHT).certified
     in_its_way = search(problem(block(), post, chain=crank(0.005)), swing)
     assert in_its_way.verdict == "contact"
+
+
+def test_a_leg_along_the_line_is_proven_as_one_piece():
+    asked = problem()
+    motion = path_motion(asked, STRAIGHT)
+    bodies = asked.parts[0], asked.obstacles[0]
+    found = PassageSearch(asked.chain, *bodies, CORRIDOR, motion)
+    assert found.stays(0.0, 1.0)
+    assert found.stays(1.0, 2.0)
+
+
+# From 0.3 m aside of the line over to it, 5 cm above the skin, and in: a crank of 0.15
+# m that turns by half a turn.
+WAY = [[STANDOFF, np.pi], [STANDOFF, 0.0], *STRAIGHT[1:]]
+
+
+def way(*patient, margin=0.0, chain=None, tool=None):
+    first = problem(*patient, chain=chain or crank(0.15), tool=tool)
+    return replace(first, margin=margin)
+
+
+def test_a_way_beside_the_patient_and_in_is_one_clear_motion():
+    """A ridge across the crank's way, as high as the line's slab could not pass."""
+    for top, verdict in ((0.0499, "clear"), (0.0501, "contact")):
+        ridge = block((0.1, -0.2, 0.0), (0.2, -0.05, top))
+        found = search(way(block(), ridge), WAY)
+        assert found.verdict == verdict, found.reason
+    start, end, names = found.first_contact
+    assert 0.0 < start <= end < 1 / 3
+    assert names == ("needle", "body")
+
+
+def test_beside_the_patient_the_margin_holds_as_for_any_part():
+    """Nearer than it, aside of the line, is contact; along the line it is not asked."""
+    ridge = block((0.1, -0.2, 0.0), (0.2, -0.05, 0.045))
+    for margin, verdict in ((0.0049, "clear"), (0.0051, "contact")):
+        found = search(way(block(), ridge, margin=margin), WAY)
+        assert found.verdict == verdict, found.reason
+    assert found.first_contact[1] < 1 / 3
+
+
+def test_a_needle_in_the_patient_beside_its_corridor_is_contact():
+    """It goes in where it may not, with surfaces that never meet, or that do."""
+    around = block((0.21, -0.2, -0.2), (0.4, 0.2, 0.3))
+    found = search(way(block(), around), WAY)
+    assert found.verdict == "contact"
+    assert found.qualifiers == ("contained",)
+    aside = [[STANDOFF, np.pi], [TARGET, np.pi], [STANDOFF, np.pi], *WAY]
+    assert search(way(), aside).verdict == "clear"  # beside the block, not in it
+    under = block((0.21, -0.2, -0.2), (0.4, 0.2, -0.01))
+    assert search(way(block(), under), aside).verdict == "contact"
+
+
+def test_only_stretches_that_are_not_plainly_clear_are_asked():
+    asked = way()
+    motion = path_motion(asked, WAY)
+    pair = asked.passage_pair(asked.passages[0])
+    near = np.array([[2.5, 2.75, 1.0], [2.75, 3.0, 2.0]])
+    assert not_beside(asked.chain, pair, motion, near) == [(2.5, 3.0)]
+    assert not_beside(asked.chain, pair, motion, near[:0]) == []
+    held = replace(pair, standing=Body("body", block((-1, -1, -1), (1, 1, 1))))
+    assert not_beside(asked.chain, held, motion, near) == [(0.0, 3.0)]
+    mesh = pair.standing.mesh
+    opened = Body("body", TriangleMesh("body", mesh.vertices, mesh.triangles[1:]))
+    standing = replace(pair, standing=opened)
+    assert not_beside(asked.chain, standing, motion, near[:0]) == [(0.0, 3.0)]
+
+
+def test_stretches_are_cut_at_waypoints():
+    legs = legs_of([(0.25, 0.5), (0.75, 2.5), (3.0, 4.0)])
+    assert legs == [(0.25, 0.5), (0.75, 1), (1, 2), (2, 2.5), (3, 4)]
+    assert legs_of([]) == []
 
 
 def test_tilting_in_the_patient_is_contact_and_back_again_too():
@@ -510,7 +586,7 @@ def test_legs_are_halved_in_order_and_counted(monkeypatch):
 
     monkeypatch.setattr(PassageSearch, "_outcome", outcome)
     found.judged = 3
-    found.run(timeline)
+    found.run(timeline, WHOLE)
     assert seen == [(0, 1), (0, 0.5), (0.5, 1), (1, 2), (1, 1.5), (1.5, 2)]
     names = ("needle", "body")
     assert timeline.open == [
@@ -528,7 +604,7 @@ def test_after_so_many_pieces_the_rest_is_undecided(monkeypatch, limit, looked):
     monkeypatch.setattr(passage_search, "PIECE_LIMIT", limit)
     calls = []
     monkeypatch.setattr(PassageSearch, "_outcome", lambda self, *g: calls.append(g))
-    found.run(timeline)
+    found.run(timeline, WHOLE)
     assert len(calls) == looked
     (row,) = timeline.open
     assert row[:3] == (0.0, 1.0, UNDECIDED)
@@ -540,7 +616,7 @@ def test_after_so_many_pieces_the_rest_is_undecided(monkeypatch, limit, looked):
 def test_poses_that_were_all_asked_are_said(monkeypatch):
     for judged, told in ((199, ""), (200, ", gave up")):
         found, _, timeline = pieces(monkeypatch, [], stays=True, judged=judged)
-        found.run(timeline)
+        found.run(timeline, WHOLE)
         (note,) = timeline.notes.values()
         assert note == f"not shown to keep to the plan's corridor{told}"
         assert timeline.open == []

@@ -98,11 +98,16 @@ def test_passages_are_examined_and_counted_with_the_pairs(monkeypatch):
     asked = watched(monkeypatch, [])
     seen = []
     monkeypatch.setattr(module, "examine_passage", lambda *given: seen.append(given))
-    walls = problem(1.0, 0.0)
+    monkeypatch.setattr(module, "not_beside", lambda *given: [("rows", given[-1])])
+    walls = problem(1.0, 0.0, margin=0.25)
     passage = SimpleNamespace(part=0, obstacle=1, corridor="corridor")
     walls = replace(walls, passages=(passage,))
     verdict = search(walls, [[0.0], [0.1]], broadphase=False)
-    ((chain, needle, patient, corridor, _, timeline),) = seen
+    ((chain, needle, patient, corridor, _, timeline, stretches, margin),) = seen
+    ((_, rows),) = stretches
+    # the wall is where the needle is
+    assert joined(rows) == [(0.0, 1.0, halving.TOUCHED)]
+    assert margin == 0.25
     assert chain is walls.chain
     assert (needle, patient) == (walls.parts[0], walls.obstacles[1])
     assert corridor == "corridor"

@@ -28,6 +28,7 @@ from borecheck.robots.kinematics.chain import JointChain
 from borecheck.robots.kinematics.forward import SLIDES, TURNS
 from borecheck.verify.check import verify
 from borecheck.verify.passage import StatedCorridor
+from borecheck.verify.reading import mesh_hash
 from borecheck.verify.statement import Passage as StatedPassage
 
 Array = NDArray[np.float64]
@@ -104,7 +105,8 @@ def test_it_holds_and_says_what_is_allowed(
     assert found.not_covered == ()
     assert found.passages == (
         "needle in body from (0.0, 0.0, 0.0) to (0.0, 0.0, -50.0) mm, "
-        "2.70 mm beside it and 2 mm beyond its ends",
+        "2.70 mm beside it and 2 mm beyond its ends; "
+        "asked for waypoints 1 to 2, plainly clear of it elsewhere",
     )
 
 
@@ -129,6 +131,87 @@ def test_the_command_names_the_corridor(
 def _passage(d: Document) -> dict[str, Any]:
     record: dict[str, Any] = d["passages"][0]
     return record
+
+
+def _beside(d: Document) -> list[list[float]]:
+    rows: list[list[float]] = _passage(d)["beside"]["intervals"]
+    return rows
+
+
+def _as_beside(row: list[float], clearance: float = 1.0) -> list[float]:
+    """What is in the corridor, as if it were plainly clear of the patient."""
+    return [*row[:3], clearance, row[3]]
+
+
+def _beside_in_the_patient(d: Document) -> None:
+    """The needle in its corridor is said to be far from the patient."""
+    _beside(d).append(_as_beside(_passage(d)["intervals"].pop()))
+
+
+def _all_beside(d: Document) -> None:
+    rows = _passage(d)["intervals"]
+    _passage(d)["intervals"] = []
+    _beside(d).extend(_as_beside(row, row[3] + 1e-6) for row in rows)
+
+
+def _beside_for_within(d: Document) -> None:
+    """An interval of either list is stated in the other one, columns and all."""
+    rows, others = _passage(d)["intervals"], _beside(d)
+    rows[0], others[0] = others[0], rows[0]
+
+
+def _beside_as_corridor(d: Document) -> None:
+    """The way beside, tilted, is said to keep to the corridor."""
+    row = _beside(d).pop(0)
+    _passage(d)["intervals"].insert(0, [*row[:3], row[4]])
+    d["waypoints"][0][1] = 1.5
+
+
+def _times_swapped(d: Document) -> None:
+    """Each list keeps its numbers, but speaks of the other's times."""
+    first, second = _beside(d)[-1], _passage(d)["intervals"][0]
+    first[:3], second[:3] = second[:3], first[:3]
+
+
+def _gap_between_lists(d: Document) -> None:
+    del _beside(d)[-1]
+
+
+def _overlapping_lists(d: Document) -> None:
+    _beside(d)[-1][1] += 1e-3
+
+
+def _farther_beside(d: Document) -> None:
+    _beside(d)[0][3] += 0.1
+
+
+def _moves_less_beside(d: Document) -> None:
+    _beside(d)[0][4] *= 0.9
+
+
+def _greater_margin(d: Document) -> None:
+    """What was shown without a margin is stated with one."""
+    d["margin_m"] = 5e-3
+    for pair in d["pairs"]:
+        pair["margin_m"] = 5e-3
+
+
+def _nothing_at_all(d: Document) -> None:
+    _passage(d)["intervals"] = []
+    _beside(d).clear()
+
+
+def _margin_aside_of_the_line(d: Document) -> None:
+    """The corridor's question alone, of a needle that is nearer than the margin."""
+    d["waypoints"] = [[0.03, 0.2], [0.02, 0.2], [0.02, 0.2]]
+    d["margin_m"] = 0.05
+    d["pairs"][0] |= {"margin_m": 0.05, "intervals": [[0.0, 2.0, 1.0, 0.08, 0.02]]}
+    _beside(d).clear()
+    _passage(d)["intervals"] = [[0.0, 2.0, 1.0, 0.02]]
+
+
+def _beside_is_none(d: Document) -> None:
+    _passage(d)["beside"] = None
 
 
 def _no_passage(d: Document) -> None:
@@ -205,7 +288,10 @@ CHANGES = [
     _no_passage, _one_interval_less, _first_for_all, _small_displacement,
     _later_instant, _narrow, _shallow, _aside, _deep_entry, _no_length, _negative,
     _no_number, _of_two_parts, _other_waypoint, _deeper, _patient_moved,
-    _patient_around,
+    _patient_around, _beside_in_the_patient, _all_beside,
+    _beside_for_within, _beside_as_corridor, _times_swapped, _gap_between_lists,
+    _overlapping_lists, _farther_beside, _moves_less_beside, _greater_margin,
+    _nothing_at_all, _beside_is_none, _margin_aside_of_the_line,
 ]  # fmt: skip
 
 
@@ -220,6 +306,103 @@ def test_any_change_is_rejected(
     found = verify(changed, meshes)
     assert not found.accepted
     assert all("does not have the hash" not in text for text in found.problems)
+
+
+def _tilts_in_the_patient(d: Document) -> None:
+    """From the target it swings aside, and that is said to be in the corridor."""
+    d["waypoints"].append([-LENGTH, 0.3])
+    _passage(d)["intervals"].append([2.0, 3.0, 2.5, 0.1])
+
+
+def _tilts_beside_the_patient(d: Document) -> None:
+    """The same, and it is said to be far from the patient."""
+    d["waypoints"].append([-LENGTH, 0.3])
+    _beside(d).append([2.0, 3.0, 2.5, 0.5, 0.1])
+
+
+def _wider(d: Document) -> None:
+    """So wide that the swing would be in it; path and passage agree about that."""
+    _tilts_in_the_patient(d)
+    for record in (_passage(d), d["about"]["corridor"]):
+        record["radius_m"] = 5e-3
+
+
+def _lists_exchanged(d: Document) -> None:
+    """Each interval is stated in the other list, with numbers of its columns."""
+    within, beside = _passage(d)["intervals"], list(_beside(d))
+    _passage(d)["intervals"] = [[*row[:3], row[4]] for row in beside]
+    _beside(d)[:] = [_as_beside(row, row[3] + 1e-6) for row in within]
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (_tilts_in_the_patient, "2 to 3: needle may be"),
+        (_tilts_beside_the_patient, "2 to 3: the surfaces are nearer than"),
+        (_wider, "2 to 3: needle may be"),
+        (_lists_exchanged, "needle may meet it before the entry"),
+        (_beside_in_the_patient, "1.9375 to 2: the surfaces are nearer than"),
+        (_all_beside, "1 to 1.0625: the surfaces are nearer than"),
+    ],
+    ids=lambda given: getattr(given, "__name__", "").strip("_"),
+)
+def test_which_of_both_is_named_is_no_evidence(
+    change: Callable[[Document], None],
+    why: str,
+    problem: PathProblem,
+    meshes: list[Any],
+) -> None:
+    """A path's needle alone: what is wrong is the passage, and that is said."""
+    alone = PathProblem(
+        problem.chain, problem.parts[:1], problem.obstacles, passages=problem.passages
+    )
+    about = {"corridor": corridor_record(CORRIDOR)}
+    found = search(alone, WAYPOINTS)
+    written = certificate(alone, WAYPOINTS, found, about)
+    assert written is not None
+    assert verify(written, meshes).accepted
+    changed = copy.deepcopy(written)
+    change(changed)
+    content = {name: value for name, value in changed.items() if name != "sha256"}
+    problems = verify({**content, "sha256": digest(content)}, meshes).problems
+    assert len(problems) == 1
+    assert why in problems[0]
+
+
+def test_a_needle_held_by_the_patient_is_not_beside_it(
+    document: Document, meshes: list[Any]
+) -> None:
+    """Surfaces far apart, distances true: one of a hollow body's shells holds it."""
+    shell = _block([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0])
+    changed = copy.deepcopy(document)
+    whole = [[0.0, 2.0, 1.0, 0.7, 0.2]]
+    record = _passage(changed)
+    record["intervals"], record["beside"]["intervals"] = [], whole
+    changed["pairs"][0]["intervals"] = whole
+    patient = (shell.vertices, shell.triangles)
+    changed["bodies"][2]["mesh_sha256"] = mesh_hash(*patient)
+    content = {name: value for name, value in changed.items() if name != "sha256"}
+    found = verify({**content, "sha256": digest(content)}, [*meshes, patient])
+    assert found.problems == (
+        "holder and body: holder is inside body",
+        "needle and body: needle is inside body",
+    )
+
+
+def test_what_holds_without_a_list_beside_holds(
+    problem: PathProblem, meshes: list[Any]
+) -> None:
+    """As certificates without it state: all of the motion by its corridor."""
+    within = WAYPOINTS[1:]
+    about = {"plan": {"name": "liver", **corridor_record(CORRIDOR)}}
+    written = certificate(problem, within, search(problem, within), about)
+    assert written is not None
+    assert written["passages"][0].pop("beside")["intervals"] == []
+    content = {name: value for name, value in written.items() if name != "sha256"}
+    found = verify({**content, "sha256": digest(content)}, meshes)
+    assert found.accepted, found.problems
+    assert "beyond its ends" in found.passages[0]
+    assert "asked for" not in found.passages[0]
 
 
 def _named(problem: PathProblem, plan: dict[str, Any] | None) -> Document:
