@@ -13,10 +13,12 @@ from borecheck.core.se3 import transform
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import write_stl
+from borecheck.plans.corridor import Corridor
 from tests.places import PROJECT, ROBOTS
 
 ROBOT = str(ROBOTS / "two_link.urdf")
 MOST_LINES = 6
+CORRIDOR = Corridor(np.array([0, 0, 0.1]), np.array([0, 0, 0.04]), 0.0006)
 VERDICTS = ("CLEAR", "CONTACT", "UNKNOWN")
 
 
@@ -87,6 +89,18 @@ def test_the_paths_and_the_plans_verdicts_begin_so_too(capsys, folder, tmp_path)
 def warnings_of(*files, **more):
     robot = bc.load_robot(ROBOT, **more)
     return checked(robot, bc.load_scene(list(files)), NO_MARGIN).warnings
+
+
+@pytest.mark.parametrize("patient", [True, False])
+@pytest.mark.parametrize("corridor", [None, CORRIDOR])
+def test_a_needle_that_goes_into_nobody_is_told(folder, patient, corridor):
+    robot = bc.load_robot(ROBOT)
+    there = f"{folder / 'a.stl'}:m@0.9,0,0"
+    given = {"patients": [there]} if patient else {}
+    scene = bc.load_scene([] if patient else [there], **given)
+    warnings = checked(robot, scene, NO_MARGIN, corridor=corridor).warnings
+    told = [line for line in warnings if "there is no patient" in line]
+    assert len(told) == (corridor is not None and not patient)
 
 
 def test_a_robot_that_reaches_nothing_is_told(folder):

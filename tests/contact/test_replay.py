@@ -1,6 +1,8 @@
 """Disputed triangles replayed alone give the verdicts they were dumped with."""
 
 import json
+import time
+from itertools import count
 
 import numpy as np
 import pytest
@@ -58,6 +60,14 @@ def test_counts_are_those_of_the_pairs(comparison, tmp_path):
         seen = sum(d["verdicts"][name] for d in again["disagreements"])
         assert summary["triangle_pairs"] == len(summary["contact_poses"]) == seen
         assert summary["pairs_examined"] == pairs
+
+
+def test_the_time_is_that_of_all_pairs(comparison, tmp_path, monkeypatch):
+    ticks = count()
+    monkeypatch.setattr(time, "perf_counter", lambda: next(ticks))
+    again = replay(stored(tmp_path, **json.loads(json.dumps(to_json(comparison)))))
+    pairs = len(again["disagreements"])
+    assert {s["seconds"] for s in again["checkers"].values()} == {pairs}
 
 
 def test_nothing_disputed_is_fine(tmp_path):

@@ -62,6 +62,14 @@ def test_labels_name_several_plans(tmp_path):
     ]
 
 
+def test_there_may_be_so_many_plans_and_no_more(tmp_path, monkeypatch):
+    monkeypatch.setattr("borecheck.plans.markup_plans.MOST_PLANS", 2)
+    pairs = [f"F-{k}" for k in range(6)]
+    assert len(fiducials(tmp_path, *pairs[:4])) == 2
+    with pytest.raises(PlanError, match="more than 2 plans"):
+        fiducials(tmp_path, *pairs)
+
+
 REFUSED = {
     ("F-1", "F-2", "F-3"): "3 points",
     ("entry", "F-2"): "neither entry nor target",
