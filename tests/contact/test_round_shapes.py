@@ -460,3 +460,18 @@ def test_polyhedra_of_a_pair_are_too_large_by_both_of_their_bands(tmp_path):
     asked = bc.queries(robot, both)
     np.testing.assert_allclose(asked._excess, [own, own + other])
     assert bc.queries(robot, replace(scene, obstacles=()))._excess.shape == (0,)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bounds_of_a_ball_hold_its_distance_and_are_nothing_in_contact(tmp_path, seed):
+    """From the first pair on; the ball is turned, so that no face looks at the wall."""
+    turn = Rotation.random(rng=seed)
+    robot = robot_of(tmp_path, "sphere", 0.05, turn)
+    asked = bc.queries(robot, wall_at(0.5))
+    band = robot.parts[0].mesh.excess
+    low, high = asked.clearance([[0.0], [0.3], [0.46]]).T
+    gaps = np.array([0.45, 0.15])
+    assert (low[:2] <= gaps).all()
+    assert (high[:2] >= gaps).all()
+    assert (high - low <= band + 1e-9)[:2].all()
+    assert (low[2], high[2]) == (0.0, 0.0)
