@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.palette import LIGHT
 from borecheck.robots.allowed import AllowedPair
 
 CLEAR = "clear"
 CONTACT = "contact"
 UNKNOWN = "unknown"
-
-_COLOURS = {CLEAR: "#2e7d32", CONTACT: "#c62828", UNKNOWN: "#b26a00"}
 
 
 class AnyVerdict:
@@ -52,7 +51,7 @@ class AnyVerdict:
     def _repr_html_(self) -> str:
         """A card for a notebook."""
         return (
-            f'<div style="border-left:6px solid {_COLOURS[self.verdict]};'
+            f'<div style="border-left:6px solid {LIGHT[self.verdict].ink};'
             f'padding:.3em .8em"><b>{self.verdict.upper()}</b> '
             f"{escape(self.reason)}</div>"
         )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.palette import ROLES, rgb
 from borecheck.geometry.kernels.compile import kernel
 from borecheck.report.display import inflated, unpacked
 
@@ -20,23 +21,22 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
+# Normal and offset of a plane for "housing", "rest" and "robot": what lies beyond it
+# (n x > offset) is left out.
+Cuts = dict[str, tuple[Array, float]]
 
-WIDTH, HEIGHT = 880, 560
+WIDTH, HEIGHT = 880, 560  # of a picture, [px]
 # Every pixel is the mean of so many squared.
 FINER = 2
 
-COLOURS = {
-    "robot": (84, 131, 181),
-    "needle": (30, 30, 34),
-    "scanner": (205, 209, 214),
-    "couch": (148, 158, 170),
-    "patient": (226, 188, 160),
-    "other": (170, 160, 185),
-    "self": (78, 121, 167),
-}
+COLOURS = {role: rgb(colour) for role, colour in ROLES.items()}
 PAPER = (255, 255, 255)
-# Inside of a cut or open surface, share of the outside's brightness.
-_INSIDE = 0.7
+# Inside of a cut or open surface, share of the outside's brightness; on its hatching.
+_INSIDE, _HATCH = 0.78, 0.62
+# From line to line of the hatching, and their width, [fine px].
+_STEP, _LINE = 18, 4
+# What a plane cuts: housings, what one sees whole unless all is cut, and the robot.
+_KINDS = {"couch": "rest", "patient": "rest", "robot": "robot"}
 
 _LIGHT = np.array([0.35, -0.45, 0.82]) / np.linalg.norm([0.35, -0.45, 0.82])
 
@@ -62,17 +62,19 @@ class OrthographicView:
         """Unit vector from the scene to the eye."""
         return np.cross(self.right, self.up)
 
-    def on_picture(self, points: Array) -> Array:
+    def on_picture(
+        self, points: Array, width: int = WIDTH, height: int = HEIGHT
+    ) -> Array:
         """Points (n, 3) as pixel x, y (y down) and depth (greater is nearer)."""
         d = points - self.centre
-        scale = WIDTH / self.width
-        x = d @ self.right * scale + 0.5 * WIDTH
-        y = 0.5 * HEIGHT - d @ self.up * scale
+        scale = width / self.width
+        x = d @ self.right * scale + 0.5 * width
+        y = 0.5 * height - d @ self.up * scale
         return np.stack([x, y, d @ self.towards], axis=-1)
 
 
 def looking(
-    centre: Array, direction: "Sequence[float]", width: float
+    centre: Array, direction: "Sequence[float] | Array", width: float
 ) -> OrthographicView:
     """The view that looks along `direction` at a point, z upwards."""
     forward = np.array(direction, dtype=np.float64)
@@ -85,9 +87,18 @@ def looking(
 
 
 class Stage:
-    """The meshes of a result, unpacked once for several pictures."""
+    """The meshes of a result, unpacked once for several pictures.
 
-    def __init__(self, display: "Mapping[str, Any]") -> None:
+    Args:
+        display: The geometry of a result.
+        width: Of a picture, [px].
+        height: Of a picture, [px].
+    """
+
+    def __init__(
+        self, display: "Mapping[str, Any]", width: int = WIDTH, height: int = HEIGHT
+    ) -> None:
+        self.width, self.height = width, height
         self._frames = {name: k for k, name in enumerate(display["frames"])}
         self._needle = display.get("needle")
         self._links = [(block["link"], unpacked(block)) for block in display["links"]]
@@ -111,62 +122,79 @@ class Stage:
         placed: Array = corners @ T[:, :3].T + T[:, 3]
         return placed
 
+    def pixels(self, view: OrthographicView, points: Array) -> Array:
+        """Points (n, 3) on a picture of this size: x, y, depth."""
+        return view.on_picture(points, self.width, self.height)
+
     def picture(
         self,
         motion: int,
         pose: int,
         view: OrthographicView,
-        cut: "tuple[Array, float] | None" = None,
+        cuts: Cuts | None = None,
     ) -> bytes:
-        """A PNG of the robot at a pose within its surroundings.
+        """A PNG of the robot at a pose within its surroundings: see `image`."""
+        return png(self.image(motion, pose, view, cuts))
+
+    def image(
+        self,
+        motion: int,
+        pose: int,
+        view: OrthographicView,
+        cuts: Cuts | None = None,
+    ) -> Image:
+        """The robot at a pose within its surroundings, (height, width, 3).
 
         Args:
             motion: Which motion.
             pose: Which of its poses.
             view: From where.
-            cut: Normal and offset of a plane; what lies beyond it (n x > offset) of
-                scanner, couch and patient is left out.
+            cuts: What is left out.
         """
-        h, w = HEIGHT * FINER, WIDTH * FINER
+        h, w = self.height * FINER, self.width * FINER
         depth = np.full((h, w), -np.inf)
         image = np.zeros((h, w, 3), dtype=np.uint8)
         image[:] = PAPER
-        no_cut = (np.zeros(3), 1.0)
         for role, corners in self._around:
-            _draw(depth, image, view, corners, COLOURS[role], cut or no_cut)
+            self._draw(depth, image, view, corners, role, cuts)
         for link, corners in self._links:
-            colour = COLOURS["needle" if link == self._needle else "robot"]
             placed = self._placed(motion, pose, link, corners)
-            _draw(depth, image, view, placed, colour, no_cut)
+            role = "needle" if link == self._needle else "robot"
+            self._draw(depth, image, view, placed, role, cuts)
         _outline(depth, image, view.width / w)
-        coarse = image.reshape(HEIGHT, FINER, WIDTH, FINER, 3).mean(axis=(1, 3))
-        return png(np.rint(coarse).astype(np.uint8))
+        coarse = image.reshape(self.height, FINER, self.width, FINER, 3)
+        return np.rint(coarse.mean(axis=(1, 3))).astype(np.uint8)
 
-
-def _draw(
-    depth: Array,
-    image: Image,
-    view: OrthographicView,
-    corners: Array,
-    colour: tuple[int, int, int],
-    cut: tuple[Array, float],
-) -> None:
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = normals / np.where(length > 0.0, length, 1.0)
-    facing = normals @ view.towards
-    shade = 0.66 + 0.34 * np.abs(normals @ _LIGHT)
-    shade = np.where(facing >= 0.0, shade, _INSIDE)
-    shaded = np.clip(np.outer(shade, colour), 0, 255).astype(np.uint8)
-    pixels = view.on_picture(corners.reshape(-1, 3)).reshape(-1, 3, 3)
-    pixels[:, :, :2] *= FINER
-    beyond = corners @ cut[0] - cut[1]
-    _fill(depth, image, pixels, beyond, shaded)
+    def _draw(
+        self,
+        depth: Array,
+        image: Image,
+        view: OrthographicView,
+        corners: Array,
+        role: str,
+        cuts: Cuts | None,
+    ) -> None:
+        kind = _KINDS.get("robot" if role == "needle" else role, "housing")
+        normal, offset = (cuts or {}).get(kind, (np.zeros(3), 1.0))
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = normals / np.where(length > 0.0, length, 1.0)
+        inside = normals @ view.towards < 0.0
+        shade = np.where(inside, _INSIDE, 0.66 + 0.34 * np.abs(normals @ _LIGHT))
+        shaded = np.clip(np.outer(shade, COLOURS[role]), 0, 255).astype(np.uint8)
+        pixels = self.pixels(view, corners.reshape(-1, 3)).reshape(-1, 3, 3)
+        pixels[:, :, :2] *= FINER
+        _fill(depth, image, pixels, corners @ normal - offset, shaded, inside)
 
 
 @kernel
 def _fill(
-    depth: Array, image: Image, pixels: Array, beyond: Array, colours: Image
+    depth: Array,
+    image: Image,
+    pixels: Array,
+    beyond: Array,
+    colours: Image,
+    inside: NDArray[np.bool_],
 ) -> None:
     """Draws triangles into depth buffer and image, pixel centre by pixel centre.
 
@@ -176,6 +204,7 @@ def _fill(
         pixels: x, y, depth of the corners, (n, 3, 3).
         beyond: Height of each corner over the section plane, (n, 3).
         colours: One per triangle, (n, 3).
+        inside: Which triangles show their inside, and are hatched, (n,).
     """
     h, w = depth.shape
     for t in range(len(pixels)):
@@ -204,9 +233,10 @@ def _fill(
                 if height > 0.0:
                     continue
                 depth[y, x] = z
-                image[y, x, 0] = colours[t, 0]
-                image[y, x, 1] = colours[t, 1]
-                image[y, x, 2] = colours[t, 2]
+                hatch = inside[t] and (x + h - y) % _STEP < _LINE
+                for k in range(3):
+                    full = colours[t, k]
+                    image[y, x, k] = full * (_HATCH / _INSIDE) if hatch else full
 
 
 def _outline(depth: Array, image: Image, pixel: float) -> None:

@@ -15,6 +15,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from borecheck.core.palette import style_sheet
 from borecheck.core.result_file import RESULT_ID
 from borecheck.errors import BorecheckError
 from borecheck.report.case_words import case_notes
@@ -118,7 +119,7 @@ def _hash(text: str) -> str:
 
 @cache
 def _style() -> str:
-    return (TEMPLATES / "page.css").read_text(encoding="utf-8")
+    return style_sheet() + (TEMPLATES / "page.css").read_text(encoding="utf-8")
 
 
 @cache

@@ -9,7 +9,7 @@ from borecheck.report.allowed_words import half_lines, named
 from borecheck.report.checked_words import bodies
 from borecheck.report.figures import clearance_plot
 from borecheck.report.motion_words import motion_lines
-from borecheck.report.pictures import pictures_at
+from borecheck.report.pictures import Subject, pictures_at
 from borecheck.report.probability_words import lines as probability_lines
 
 CHECKERS = {
@@ -157,7 +157,27 @@ def _pictures(
     display = document.get("display")
     if display is None or worst is None:
         return []
-    block = worst["block"]
-    plan = (block["entry"], block["target"]) if "entry" in block else None
-    closest = worst["pose"]["closest"]
-    return pictures_at(display, worst["number"], worst["worst"], closest, plan)
+    block, pose = worst["block"], worst["pose"]
+    pairs = [*pose["contacts"], *pose["self_contacts"]]
+    held = [c for c in pose["contained"] if c["state"] != "unknown"]
+    found = [*pairs, *held]
+    names = (found[0]["link"], found[0]["obstacle"]) if found else None
+    subject = Subject(
+        motion=worst["number"],
+        pose=worst["worst"],
+        verdict=_shown_verdict(worst),
+        closest=None if held else pose["closest"],
+        touching=names,
+        plan=(block["entry"], block["target"]) if "entry" in block else None,
+    )
+    return pictures_at(display, subject)
+
+
+def _shown_verdict(motion: Mapping[str, Any]) -> str:
+    """A sample's verdict; of a clear one what is proven of the motion around it."""
+    verdict, path = str(motion["pose"]["verdict"]), motion["path"]
+    if verdict != "clear" or path is None:
+        return verdict
+    at = motion["fraction"]
+    around = [i for i in path["intervals"] if i["from"] <= at <= i["to"]]
+    return "clear" if all(i["verdict"] == "clear" for i in around) else "unknown"

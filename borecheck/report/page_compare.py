@@ -9,7 +9,7 @@ import numpy as np
 from borecheck.contact.causes import signed_determinants
 from borecheck.report.allowed_words import named
 from borecheck.report.figures_pair import two_triangles
-from borecheck.report.pictures import pictures_at
+from borecheck.report.pictures import Subject, pictures_at
 
 # Disputed pairs that are drawn alone, with their determinants.
 DRAWN = 12
@@ -127,5 +127,7 @@ def _pictures(
     display = document.get("display")
     if display is None or not document["poses"]:
         return []
-    pose = found[0]["pose"] if found else 0
-    return pictures_at(display, 0, pose, None)
+    if not found:
+        return pictures_at(display, Subject(0, 0, "unknown"))
+    names = (found[0]["link"], found[0]["obstacle"])
+    return pictures_at(display, Subject(0, found[0]["pose"], "unknown", touching=names))

@@ -1,61 +1,122 @@
-"""Still pictures of a pose with lines and labels over them, as inline SVG."""
+"""Still pictures of a pose with marks and labels over them, as inline SVG.
+
+They look where the page's panes look, with the same cuts.
+"""
 
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from markupsafe import Markup, escape
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 from borecheck.report.display import inflated
+from borecheck.report.picture_marks import label, plan_marks, segment, told
+from borecheck.report.places import Place, Plan, across, place_of
+
+if TYPE_CHECKING:
+    from borecheck.report.figures_still import Cuts, OrthographicView, Stage
 
 Array = NDArray[np.float64]
-Plan = tuple[Sequence[float], Sequence[float]]
 
-# Half the size of the bore's surroundings that a picture of the whole shows, [m].
-OVERVIEW, NEAR = 2.6, 0.34
+# Names of the pictures, in the order of the page's panes.
+CUT_OPEN, BORE, SIDE, NARROW = (
+    "cut open",
+    "along the bore",
+    "from the side",
+    "the narrowest place",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A pose as a picture tells of it.
+
+    Attributes:
+        motion: Which motion.
+        pose: Which of its poses.
+        verdict: What is said of it.
+        closest: The closest pair, if known.
+        touching: What is in contact, or None; names as far as they are known.
+        plan: Entry and target, scanner's frame, [m].
+    """
+
+    motion: int
+    pose: int
+    verdict: str
+    closest: Mapping[str, Any] | None = None
+    touching: Sequence[str] | None = None
+    plan: Plan | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """One picture to be made: its name, from where, and what is cut away."""
+
+    name: str
+    view: "OrthographicView"
+    cuts: "Cuts"
 
 
 def pictures_at(
-    display: Mapping[str, Any],
-    motion: int,
-    pose: int,
-    closest: Mapping[str, Any] | None,
-    plan: Plan | None = None,
+    display: Mapping[str, Any], subject: Subject, width: int = 880, height: int = 560
 ) -> list[dict[str, Any]]:
-    """Pictures of one pose: the whole cut open, the narrow place, along the bore.
+    """Pictures of one pose, each with `name` and `svg`: see the names above."""
+    from borecheck.report.figures_still import Stage
 
-    Args:
-        display: The geometry of the result.
-        motion: Which motion.
-        pose: Which of its poses.
-        closest: The closest pair at that pose, if known.
-        plan: Entry and target, scanner's frame, [m].
-    """
-    from borecheck.report.figures_still import Stage, looking
-
-    stage = Stage(display)
-    lit = _lit(display, motion, pose)
-    spot = _spot(closest, lit, plan)
-    middle = np.array([-0.25, 0.0, 0.05])
-    # The eye stands across from the robot's base, and the section opens towards it.
-    near = 1.0 if stage.robot_points(motion, pose)[:, 1].mean() < 0.0 else -1.0
-    half = (np.array([0.0, near, 0.0]), 0.0)
-    shots = [
-        ("cut open", looking(middle, (0.8, -1.3 * near, -0.65), OVERVIEW), half),
-        ("from the side", looking(middle, (0.0, -near, 0.0), OVERVIEW), half),
-        ("along the bore", looking(middle, (1.0, 0.0, 0.0), OVERVIEW), None),
+    stage = Stage(display, width, height)
+    lit = _lit(display, subject.motion, subject.pose)
+    place = place_of(subject.closest, lit, subject.plan)
+    return [
+        {"name": shot.name, "svg": _picture(stage, shot, subject, lit, place)}
+        for shot in shots(stage, subject, place)
     ]
-    if spot is not None:
-        cut = (np.array([-1.0, 0.0, 0.0]), -float(spot[0]) + 0.02)
-        close = looking(spot, (1.0, -0.25 * near, -0.2), NEAR)
-        shots.insert(0, ("the narrowest place", close, cut))
-    made = []
-    for name, camera, cut_by in shots:
-        png = stage.picture(motion, pose, camera, cut_by)
-        made.append({"name": name, "svg": _overlaid(png, camera, closest, lit, plan)})
-    return made
+
+
+def shots(stage: "Stage", subject: Subject, place: Place | None) -> list[Shot]:
+    """The four views of a pose; three where there is no place to look at."""
+    from borecheck.report.figures_still import looking
+
+    robot = stage.robot_points(subject.motion, subject.pose)
+    low, high = robot.min(axis=0), robot.max(axis=0)
+    middle = (low + high) / 2.0
+    at = middle if place is None else place.at
+    # The eye stands across from the robot's base, and the cut opens towards it.
+    near = 1.0 if middle[1] <= at[1] else -1.0
+    ahead = -1.0 if middle[0] <= at[0] else 1.0
+    size = 2.0 * min(0.8, max(0.12, 0.3 * float(np.linalg.norm(high - low))))
+    size *= stage.width / stage.height
+    centre = at + 0.2 * (middle - at)
+    housing: Cuts = {"housing": (np.array([0.0, near, 0.0]), 0.0)}
+    before = (np.array([-ahead, 0.0, 0.0]), -ahead * float(at[0]) + 0.02)
+    found = [
+        Shot(
+            CUT_OPEN,
+            looking(centre, (0.8, -1.25 * near, -0.55), 0.9 * size),
+            housing,
+        ),
+        Shot(
+            BORE,
+            looking(at * (1.0, 0.5, 0.5), (ahead, 0.0, -0.02), 0.75 * size),
+            {"housing": before, "rest": before},
+        ),
+        Shot(SIDE, looking(centre, (0.0, -near, -0.02), 0.9 * size), housing),
+    ]
+    if place is not None:
+        found.append(_narrow(place, ahead, near, stage.width / stage.height))
+    return found
+
+
+def _narrow(place: Place, ahead: float, near: float, aspect: float) -> Shot:
+    from borecheck.report.figures_still import looking
+
+    view = looking(place.at, across(place.axis, ahead, near), place.frame * aspect)
+    towards, middle = view.towards, float(view.towards @ place.at)
+    around = (towards, middle + 0.06 * place.frame)
+    robot = (towards, middle + 0.6 * place.frame)
+    return Shot(NARROW, view, {"housing": around, "rest": around, "robot": robot})
 
 
 def _lit(display: Mapping[str, Any], motion: int, pose: int) -> Array:
@@ -67,60 +128,46 @@ def _lit(display: Mapping[str, Any], motion: int, pose: int) -> Array:
     return np.zeros((0, 2, 3, 3))
 
 
-def _spot(
-    closest: Mapping[str, Any] | None, lit: Array, plan: Plan | None
-) -> Array | None:
-    """The place to look at: contact, else the closest points, else the plan."""
-    if len(lit):
-        sizes = np.ptp(lit, axis=2).max(axis=2).min(axis=1)
-        k = int(np.argmin(sizes))
-        small = int(np.argmin(np.ptp(lit[k], axis=1).max(axis=1)))
-        return np.asarray(lit[k, small].mean(axis=0))
-    if closest is not None:
-        return np.asarray(np.mean(closest["points"], axis=0))
-    return None if plan is None else np.asarray(np.mean(plan, axis=0))
-
-
-def _overlaid(
-    png: bytes,
-    camera: Any,
-    closest: Mapping[str, Any] | None,
-    lit: Array,
-    plan: Plan | None,
+def _picture(
+    stage: "Stage", shot: Shot, subject: Subject, lit: Array, place: Place | None
 ) -> Markup:
-    from borecheck.report.figures_still import HEIGHT, WIDTH
-
+    png = stage.picture(subject.motion, subject.pose, shot.view, shot.cuts)
     data = b64encode(png).decode("ascii")
     parts = [
-        f'<image width="{WIDTH}" height="{HEIGHT}" '
-        f'href="data:image/png;base64,{data}"/>'
+        f'<image width="{stage.width}" height="{stage.height}" '
+        f'href="data:image/png;base64,{data}"/>',
+        *_marks(stage, shot.view, subject, lit, place),
     ]
+    return Markup(
+        f'<svg viewBox="0 0 {stage.width} {stage.height}" class="still" role="img" '
+        f'aria-label="{shot.name}">{"".join(parts)}</svg>'
+    )
+
+
+def _marks(
+    stage: "Stage",
+    view: "OrthographicView",
+    subject: Subject,
+    lit: Array,
+    place: Place | None,
+) -> list[str]:
+    def pixels(points: Any) -> Array:
+        found: Array = stage.pixels(view, np.array(points, dtype=np.float64))
+        return found[:, :2]
+
+    parts = []
     for pair in lit:
         for kind, triangle in zip(("alpha", "beta"), pair, strict=True):
-            places = camera.on_picture(triangle)
-            points = " ".join(f"{x:.1f},{y:.1f}" for x, y, _ in places)
-            parts.append(f'<polygon class="lit {kind}" points="{points}"/>')
-    if plan is not None:
-        parts.append(_line(camera.on_picture(np.array(plan)), "plan"))
-    if closest is not None and not len(lit):
-        places = camera.on_picture(np.array(closest["points"]))
-        parts.append(_line(places, "closest"))
-        label = f"{1e3 * closest['distance']:.1f} mm"
-        x, y = places[:, :2].mean(axis=0)
-        parts.append(
-            f'<text class="label" x="{x + 10:.1f}" y="{y:.1f}">{escape(label)}</text>'
-        )
-    return Markup(
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" class="still" role="img" '
-        f'aria-label="still picture">{"".join(parts)}</svg>'
-    )
-
-
-def _line(places: Array, kind: str) -> str:
-    (x0, y0, _), (x1, y1, _) = places
-    return (
-        f'<line class="{kind}" x1="{x0:.1f}" y1="{y0:.1f}" '
-        f'x2="{x1:.1f}" y2="{y1:.1f}"/>'
-        f'<circle class="{kind}" r="3.5" cx="{x0:.1f}" cy="{y0:.1f}"/>'
-        f'<circle class="{kind}" r="3.5" cx="{x1:.1f}" cy="{y1:.1f}"/>'
-    )
+            corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in pixels(triangle))
+            parts.append(f'<polygon class="lit {kind}" points="{corners}"/>')
+    if subject.plan is not None:
+        parts.append(plan_marks(pixels(subject.plan)))
+    closest = None if len(lit) else subject.closest
+    if closest is not None:
+        ends = pixels(closest["points"])
+        parts.append(segment(ends, f"pair {subject.verdict}"))
+    words = told(closest, (subject.touching or ()) if len(lit) else subject.touching)
+    if words and place is not None:
+        spot = pixels(place.at[None])[0]
+        parts.append(label(spot, words, subject.verdict, stage.width))
+    return parts

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core import palette
+from borecheck.core.palette import ROLES, rgb
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.report.display import MOST_TRIANGLES
@@ -18,17 +20,10 @@ Array = NDArray[np.float64]
 # Where the eye stands at first, across from the robot's base, and looks, [m].
 EYE, LOOK_AT = np.array([-1.9, 2.5, 1.3]), np.array([-0.7, 0.0, 0.0])
 
-COLOURS = {
-    "robot": (84, 131, 181),
-    "needle": (34, 36, 42),
-    "scanner": (205, 209, 214),
-    "couch": (148, 158, 170),
-    "patient": (226, 188, 160),
-    "other": (170, 160, 185),
-}
-TOUCHING = (213, 94, 0)
+COLOURS = {role: rgb(colour) for role, colour in ROLES.items()}
+TOUCHING = rgb(palette.TOUCHING[0])
 CLOSEST = (181, 0, 110)
-PLAN = (0, 79, 196)
+PLAN = rgb(palette.PLAN)
 
 
 class Stage:

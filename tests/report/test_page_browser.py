@@ -100,16 +100,19 @@ class Opened:
 
     def picture(self):
         """The 3-D view's pixels, (h, w, 3), after it was drawn again."""
-        before = self.page.evaluate("borecheckView.frames")
-        self.page.evaluate("borecheckView.draw()")
-        self.until(f"borecheckView.frames > {before}")
+        before = self.page.evaluate("borecheckView.panes.frames")
+        self.page.evaluate("borecheckView.panes.draw()")
+        self.until(f"borecheckView.panes.frames > {before}")
         data = self.page.locator("#canvas-holder canvas").screenshot()
         return imread(BytesIO(data), format="png")[..., :3]
 
-    def eye(self):
-        return np.array(
-            self.page.evaluate("borecheckView.eye.camera.position.toArray()")
-        )
+    def eye(self, pane="cut"):
+        named = f"borecheckView.panes.named.{pane}.eye.camera.position.toArray()"
+        return np.array(self.page.evaluate(named))
+
+    def chips(self):
+        """What the labels over the panes say, in the panes' order."""
+        return self.page.locator(".marks .chip text").all_text_contents()
 
     def needle(self):
         """Placement of the needle in the view, 16 numbers."""
@@ -133,8 +136,11 @@ def check(opened):
     """The page of the check as it is when it has just been opened."""
     page = opened.page
     page.evaluate("borecheckView.show(borecheckView.worstMotion(), null)")
-    page.locator("#cut").uncheck()
-    page.locator('button[data-view="oblique"]').click()
+    page.evaluate("document.querySelector('details.more').open = true")
+    page.locator("#cut").check()
+    page.locator('button[data-view="cut"]').click()
+    page.locator('button[data-view="four"]').click()
+    page.evaluate("borecheckView.frameAll(false)")
     return opened
 
 
@@ -151,13 +157,97 @@ def test_webgl_draws_robot_and_scanner(check):
     assert covered(check.picture()) > COVERED
 
 
-def test_it_opens_whole_and_the_scanner_can_be_looked_through(browser, folder):
-    opened = Opened(browser, folder / "check.html").ready()
-    assert not opened.page.locator("#cut").is_checked()
-    assert opened.page.locator("#play").is_visible()
-    through = opened.picture()
-    opened.page.locator("#opacity").fill("1")
-    assert difference(through, opened.picture()) > 0.05
+def test_it_opens_with_four_panes_cut_open_that_say_the_verdict(browser, folder):
+    size = {"width": 1366, "height": 768}
+    opened = Opened(browser, folder / "check.html", viewport=size).ready()
+    page = opened.page
+    names = page.locator(".pane-name").all_text_contents()
+    assert names == ["Cut open", "Along the bore", "From the side", "Narrowest place"]
+    assert page.locator("#cut").is_checked()
+    assert opened.chips() == ["contact: holder – gantry"] * 4
+    assert page.locator(".marks .chip.contact .shape").count() == 4
+    for name in ("#play", "#slider", "#instant"):  # without scrolling
+        box = page.locator(name).bounding_box()
+        assert box["y"] + box["height"] < size["height"]
+    opened.context.close()
+
+
+def test_lines_are_two_pixels_wide_and_part_from_what_is_behind(check):
+    widths = check.page.evaluate(
+        "[...document.querySelectorAll('.marks line.plan, .marks .halo')]"
+        ".map(e => [e.classList[0], parseFloat(getComputedStyle(e).strokeWidth)])"
+    )
+    assert {kind for kind, _ in widths} == {"plan", "halo"}
+    assert all(wide >= 2.0 for _, wide in widths)
+    assert min(w for k, w in widths if k == "halo") > max(
+        w for k, w in widths if k == "plan"
+    )
+
+
+def test_a_click_enlarges_a_pane_and_a_drag_turns_it(check):
+    page = check.page
+    window = page.locator('[data-pane="side"] .window')
+    before, box = check.eye("side"), window.bounding_box()
+    page.mouse.move(box["x"] + 60, box["y"] + 60)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 120, box["y"] + 60, steps=3)
+    page.mouse.up()
+    assert np.linalg.norm(check.eye("side") - before) > 0.05
+    assert page.locator(".pane.is-large").count() == 0
+    window.click(position={"x": 60, "y": 60})
+    assert page.locator(".pane.is-large").get_attribute("data-pane") == "side"
+    assert window.bounding_box()["width"] > 1.3 * box["width"]
+    page.keyboard.press("Escape")
+    assert page.locator(".pane.is-large").count() == 0
+    page.keyboard.press("Enter")
+    assert page.locator(".pane.is-large").count() == 1
+
+
+def test_the_wheel_scrolls_the_page_unless_a_pane_was_chosen(check):
+    page = check.page
+    page.evaluate("scrollTo(0, 0); document.activeElement.blur()")
+    box = page.locator('[data-pane="cut"] .window').bounding_box()
+    page.mouse.move(box["x"] + 40, box["y"] + 40)
+    before = check.eye()
+    page.mouse.wheel(0, 200)
+    check.until("scrollY > 100")
+    np.testing.assert_allclose(check.eye(), before)
+    page.evaluate("scrollTo(0, 0)")
+    page.locator('[data-pane="cut"] .window').focus()
+    page.mouse.wheel(0, 200)
+    check.until("borecheckView.panes.named.cut.eye.camera.position.length() > 0")
+    end = time.monotonic() + PATIENCE
+    while np.allclose(check.eye(), before) and time.monotonic() < end:
+        time.sleep(0.02)
+    assert not np.allclose(check.eye(), before)
+    assert page.evaluate("scrollY") == 0
+
+
+def test_the_pointer_names_what_it_is_on(check):
+    page = check.page
+    page.locator("#canvas-holder").scroll_into_view_if_needed()
+    box = page.locator('[data-pane="narrow"] .window').bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.move(box["x"] + box["width"] / 2 + 3, box["y"] + box["height"] / 2 + 9)
+    check.until("!document.getElementById('hover').hidden")
+    names = page.evaluate("borecheckView.stage.parts.map(p => p.name)")
+    assert page.locator("#hover").inner_text().split(" (")[0] in names
+    page.mouse.move(2, 2)
+
+
+def test_a_sample_is_green_only_where_the_motion_around_it_is_proven(browser, folder):
+    """Clear samples of a motion that is not certified are not told to be clear."""
+    result = json.loads((folder / "check.json").read_text())
+    plan = next(p for p in result["plans"] if p["name"] == "vertical")
+    plan["path"]["intervals"] = [{"from": 0.0, "to": 1.0, "verdict": "unknown"}]
+    plan["verdict"], result["plans"] = "unknown", [plan]
+    result["display"]["motions"] = result["display"]["motions"][:1]
+    changed = folder / "uncertified.json"
+    changed.write_text(json.dumps(result))
+    main(["report", str(changed), str(folder / "uncertified.html")])
+    opened = Opened(browser, folder / "uncertified.html").ready()
+    assert opened.page.locator(".marks .chip.unknown").count() == 4
+    assert opened.page.locator(".marks .chip.clear").count() == 0
     opened.context.close()
 
 
@@ -181,6 +271,7 @@ def test_it_opens_at_the_plan_in_contact_and_lights_its_triangles(check):
     before = check.picture()
     page.locator("#show-contacts").uncheck()
     after = check.picture()
+    assert check.chips() == []
     page.locator("#show-contacts").check()
     assert difference(before, after) > 0.0
 
@@ -219,13 +310,14 @@ def test_play_runs_to_the_end(check):
 
 def test_section_plane_cuts(check):
     page = check.page
-    whole = check.picture()
-    page.locator("#cut").check()
     cut = check.picture()
+    page.locator("#cut").uncheck()
+    whole = check.picture()
     assert difference(cut, whole) > 0.05
     page.locator('button[data-view="side"]').click()
-    assert page.locator("#cut").is_checked()  # a view leaves it as it is
-    page.locator('button[data-view="oblique"]').click()
+    assert not page.locator("#cut").is_checked()  # a view leaves it as it is
+    page.locator("#cut").check()
+    page.locator('button[data-view="four"]').click()
     page.locator("#cut-at").fill("0.3")
     assert difference(cut, check.picture()) > 0.01
     page.locator("#cut-at").fill("0")
@@ -233,9 +325,9 @@ def test_section_plane_cuts(check):
 
 def test_named_views_differ(check):
     eyes = []
-    for name in ("front", "side", "bore", "top", "oblique"):
+    for name in ("cut", "side", "bore", "narrow", "top", "operator"):
         check.page.locator(f'button[data-view="{name}"]').click()
-        eyes.append(check.eye())
+        eyes.append(check.eye(name if name in ("side", "bore", "narrow") else "cut"))
         assert covered(check.picture()) > COVERED
     gaps = [np.linalg.norm(a - b) for k, a in enumerate(eyes) for b in eyes[:k]]
     assert min(gaps) > 0.3
@@ -247,7 +339,6 @@ def test_opacity_and_parts(check):
     page.locator("#opacity").fill("0.2")
     assert difference(before, check.picture()) > 0.05
     page.locator("#opacity").fill("1")
-    page.locator("details:has(#parts) summary").click()
     box = page.locator("#parts label", has_text="gantry").locator("input")
     box.uncheck()
     assert difference(before, check.picture()) > 0.05
@@ -264,11 +355,14 @@ def test_frames_appear(check):
 
 def test_click_on_a_row_flies_to_the_pair(check):
     page = check.page
-    before = check.eye()
+    page.locator("#motion").select_option("0")
+    before = check.eye("narrow")
     page.locator('tr[data-fly="lit"] button').first.click()
     assert page.locator("tr.chosen").count() == 1
-    assert np.linalg.norm(check.eye() - before) > 0.3
-    target = np.array(page.evaluate("borecheckView.eye.controls.target.toArray()"))
+    assert np.linalg.norm(check.eye("narrow") - before) > 0.1
+    target = np.array(
+        page.evaluate("borecheckView.panes.named.narrow.eye.controls.target.toArray()")
+    )
     lit = page.evaluate("borecheckView.pairs().slice(0, 18)")
     corners = np.array(lit).reshape(6, 3)
     assert (target >= corners.min(axis=0) - 1e-6).all()
@@ -303,7 +397,7 @@ def test_tables_sort(check):
 
 def test_keys_turn_the_view(check):
     page = check.page
-    page.locator("#canvas-holder").focus()
+    page.locator('[data-pane="cut"] .window').focus()
     before = check.eye()
     page.keyboard.press("ArrowRight")
     turned = check.eye()

@@ -1,15 +1,6 @@
-// The eye: orbit by pointer and keys, named views, and flights to a place.
+// The eye of a pane: orbit by pointer and keys, flights to a place.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-
-// Direction of looking; x runs along the bore, z up.
-const VIEWS = {
-  oblique: [0.8, -1.25, -0.55],
-  front: [1, 0, -0.02],
-  bore: [-1, 0, -0.02],
-  side: [0, -1, -0.02],
-  top: [0.001, 0, -1],
-};
 
 export class Eye {
   constructor(element, changed) {
@@ -17,19 +8,21 @@ export class Eye {
     this.camera.up.set(0, 0, 1);
     this.changed = changed;
     this.controls = new OrbitControls(this.camera, element);
+    // The wheel belongs to the page until somebody has chosen this pane.
+    this.controls.enableZoom = false;
+    element.style.touchAction = "pan-y";
+    element.addEventListener("focus", () => { this.controls.enableZoom = true; });
+    element.addEventListener("blur", () => { this.controls.enableZoom = false; });
     this.controls.addEventListener("change", changed);
     this.controls.addEventListener("start", () => { this.flight = null; });
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
     element.addEventListener("keydown", (event) => this.key(event));
   }
 
-  // Looks along a named direction, so that a sphere fills the picture.
-  // Views from aside come from the side `near` (1 or -1 on the y axis).
-  look(view, centre, radius, near, fly = true) {
-    const direction = new THREE.Vector3(...(VIEWS[view] ?? VIEWS.oblique)).normalize();
-    direction.y *= near;
+  // Looks along a direction so that a sphere fills the pane; Home comes back to it.
+  look(direction, centre, radius, fly = true) {
+    this.home = { direction: direction.clone(), centre: centre.clone(), radius };
     this.lookAlong(direction, centre, radius, fly);
-    this.home = { direction, centre: centre.clone(), radius };
   }
 
   lookAlong(direction, centre, radius, fly = true) {
@@ -42,6 +35,7 @@ export class Eye {
         targetFrom: this.controls.target.clone(), targetTo: centre.clone(),
       };
     } else {
+      this.flight = null;
       this.camera.position.copy(goal);
       this.controls.target.copy(centre);
       this.controls.update();
@@ -49,10 +43,20 @@ export class Eye {
     this.changed();
   }
 
-  // Flies to a place without turning more than needed.
-  flyTo(centre, radius) {
+  // The same view of another place: as far away and as it was turned.
+  follow(centre, radius) {
     const direction = this.controls.target.clone().sub(this.camera.position).normalize();
-    this.lookAlong(direction, centre, radius);
+    this.home = { ...this.home, centre: centre.clone(), radius };
+    this.lookAlong(direction, centre, radius, false);
+  }
+
+  // The pane has another shape: what was in view before comes into view again.
+  reshape(aspect) {
+    const fit = Math.min(1, aspect) / Math.min(1, this.camera.aspect);
+    this.camera.aspect = aspect;
+    this.camera.updateProjectionMatrix();
+    const { target } = this.controls;
+    this.camera.position.sub(target).divideScalar(fit).add(target);
   }
 
   // True while a flight goes on.
@@ -62,8 +66,8 @@ export class Eye {
     const eased = share * share * (3 - 2 * share);
     this.camera.position.lerpVectors(this.flight.from, this.flight.to, eased);
     this.controls.target.lerpVectors(this.flight.targetFrom, this.flight.targetTo, eased);
-    this.controls.update();
     if (share >= 1) this.flight = null;
+    this.controls.update();
     return share < 1;
   }
 

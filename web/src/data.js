@@ -24,15 +24,15 @@ export function motionsOf(result) {
   if (result.plans) {
     return result.plans
       .filter((plan) => plan.path)
-      .map((plan) => ({ poses: plan.path.poses, fractions: plan.path.fractions, plan, worst: worstOf(plan.path) }));
+      .map((plan) => ({ ...alongPath(plan.path), plan }));
   }
   if (result.path) {
-    return [{ poses: result.path.poses, fractions: result.path.fractions, worst: worstOf(result.path) }];
+    return [alongPath(result.path)];
   }
   if (result.poses) return [{ poses: result.poses, worst: 0 }];
   return [{ poses: [result], worst: 0 }];
 }
 
-function worstOf(path) {
-  return Math.max(0, path.fractions.indexOf(path.worst.fraction));
+function alongPath({ poses, fractions, intervals, worst }) {
+  return { poses, fractions, intervals, worst: Math.max(0, fractions.indexOf(worst.fraction)) };
 }

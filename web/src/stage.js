@@ -1,27 +1,36 @@
-// What stands in the view: meshes of robot and surroundings, needle plan, contacts,
-// closest points, frames. Knows nothing of buttons.
+// What stands in the view: meshes of robot and surroundings, triangles in contact, the
+// needle's line, frames; and the planes that cut them. Knows nothing of panes or buttons.
 import * as THREE from "three";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
 import { inflated, meshArrays } from "./data.js";
+import { hatched } from "./hatching.js";
 
-const COLOURS = {
-  robot: 0x4e79a7, needle: 0x22242a, scanner: 0xcdd1d6, couch: 0x949eaa, patient: 0xe2bca0, other: 0xaaa0b9,
-};
-const CONTACT = [0xd55e00, 0xf0c000];
-const CLOSEST = 0xb5006e;
-const PLAN = 0x0a58d0;
+// A plane that cuts nothing.
+const NOWHERE = 1e3;
+// Pixels of the needle's line, and of the halo that parts it from what is behind.
+const NEEDLE_PX = 3, HALO_PX = 6;
+
+const styled = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
 export class Stage {
-  constructor(display) {
+  // `closed` tells of every surface by name whether it encloses a solid.
+  constructor(display, closed) {
     this.scene = new THREE.Scene();
     this.display = display;
+    this.closed = closed;
     this.robot = new THREE.Group();
     this.around = new THREE.Group();
     this.marks = new THREE.Group();
     this.frames = new THREE.Group();
     this.frames.visible = false;
     this.parts = [];
-    this.plane = new THREE.Plane(new THREE.Vector3(0, 1, 0), 1e3);
-    this.surroundings = [];
+    // What is cut apart: housings, what one sees whole unless all is cut, the robot.
+    this.planes = { housing: null, rest: null, robot: null };
+    for (const kind of Object.keys(this.planes)) {
+      this.planes[kind] = new THREE.Plane(new THREE.Vector3(0, 1, 0), NOWHERE);
+    }
     this.scene.add(this.robot, this.around, this.marks, this.frames);
     this.lights();
   }
@@ -29,24 +38,24 @@ export class Stage {
   lights() {
     const key = new THREE.DirectionalLight(0xffffff, 1.9);
     key.position.set(1.5, 2.5, 3.5);
-    const fill = new THREE.DirectionalLight(0xffffff, 0.7);
-    fill.position.set(-2.5, -1.5, 1);
+    const fill = new THREE.DirectionalLight(0xffffff, 0.8);
+    fill.position.set(-2.5, -2.5, 1);
     this.scene.add(key, fill, new THREE.HemisphereLight(0xffffff, 0x9aa4ae, 1.5));
   }
 
   async load() {
     const { links, obstacles, motions, frames, needle } = this.display;
     for (const block of links) {
-      const colour = block.link === needle ? COLOURS.needle : COLOURS.robot;
-      const mesh = await this.solid(block, colour, []);
+      const mesh = await this.solid(block, block.link === needle ? "needle" : "robot", this.planes.robot);
       mesh.userData.frame = frames.indexOf(block.link);
+      if (block.link === needle) this.needleLine(mesh);
       this.robot.add(mesh);
       this.parts.push({ name: block.name, role: "robot", mesh });
     }
     for (const block of obstacles) {
-      const mesh = await this.solid(block, COLOURS[block.role] ?? COLOURS.other, [this.plane]);
+      const whole = block.role === "couch" || block.role === "patient";
+      const mesh = await this.solid(block, block.role, whole ? this.planes.rest : this.planes.housing);
       this.around.add(mesh);
-      this.surroundings.push(mesh);
       this.parts.push({ name: block.name, role: block.role, mesh });
     }
     this.placements = await Promise.all(motions.map((m) => inflated(m.placements, Float32Array)));
@@ -68,47 +77,64 @@ export class Stage {
     }
   }
 
-  // A mesh and, in a flat shade, its inside: where a section opens a closed surface, the
-  // inside shows and the cut reads as solid.
-  async solid(block, colour, clippingPlanes) {
+  // A mesh and its inside: where a plane opens a closed surface, the inside is hatched as
+  // a cut through a solid is drawn. What lies within the solid stays visible before it.
+  async solid(block, role, plane) {
     const { positions, indices } = await meshArrays(block);
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
     geometry.setIndex(new THREE.BufferAttribute(indices, 1));
     geometry.computeBoundingBox();
     geometry.computeBoundingSphere();
-    const outside = new THREE.MeshStandardMaterial({
-      color: colour, roughness: 0.75, metalness: 0.0, flatShading: true, side: THREE.FrontSide, clippingPlanes,
+    const closed = this.closed.get(block.name) ?? true;
+    const colour = new THREE.Color(styled(`role-${role}`) || styled("role-other"));
+    const clippingPlanes = [plane];
+    const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({
+      color: colour, flatShading: true, side: closed ? THREE.FrontSide : THREE.DoubleSide, clippingPlanes,
       polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
-    });
-    const inside = new THREE.MeshBasicMaterial({
-      color: new THREE.Color(colour).multiplyScalar(0.5), side: THREE.BackSide, clippingPlanes,
-    });
-    const mesh = new THREE.Mesh(geometry, outside);
-    const back = new THREE.Mesh(geometry, inside);
-    mesh.add(back);
+    }));
+    if (closed) mesh.add(new THREE.Mesh(geometry, hatched(colour, clippingPlanes)));
     mesh.matrixAutoUpdate = false;
-    mesh.userData.back = back;
     return mesh;
   }
 
+  // The needle is thinner than a pixel: a line along its longest side is never.
+  needleLine(mesh) {
+    const box = mesh.geometry.boundingBox;
+    const [from, to] = [box.getCenter(new THREE.Vector3()), box.getCenter(new THREE.Vector3())];
+    const size = box.getSize(new THREE.Vector3()).toArray();
+    const longest = size.indexOf(Math.max(...size));
+    from.setComponent(longest, box.min.getComponent(longest));
+    to.setComponent(longest, box.max.getComponent(longest));
+    const geometry = new LineSegmentsGeometry().setPositions([...from.toArray(), ...to.toArray()]);
+    const line = (colour, linewidth, order) => {
+      const material = new LineMaterial({ color: colour, linewidth, clippingPlanes: [this.planes.robot] });
+      const made = new LineSegments2(geometry, material);
+      made.renderOrder = order;
+      made.raycast = () => {};
+      return made;
+    };
+    mesh.add(line("#ffffff", HALO_PX, 1), line(styled("role-needle"), NEEDLE_PX, 2));
+    mesh.children.at(-2).material.depthWrite = false;
+  }
+
   setOpacity(opacity) {
-    for (const mesh of this.surroundings) {
-      const solid = opacity >= 0.999;
-      mesh.material.transparent = !solid;
-      mesh.material.opacity = opacity;
-      mesh.material.depthWrite = solid;
-      mesh.material.needsUpdate = true;
-      mesh.userData.back.visible = solid;
+    const solid = opacity >= 0.999;
+    for (const { mesh, role } of this.parts) {
+      if (role !== "scanner" && role !== "other") continue;
+      Object.assign(mesh.material, { transparent: !solid, opacity, depthWrite: solid, needsUpdate: true });
+      for (const inside of mesh.children) inside.visible = solid;
     }
   }
 
-  setSection(axis, at, on, near) {
-    // What lies between the eye of the named views and the plane goes.
-    const side = { x: 1, y: -near, z: -1 }[axis];
-    this.plane.normal.set(Number(axis === "x"), Number(axis === "y"), Number(axis === "z"));
-    this.plane.normal.multiplyScalar(side);
-    this.plane.constant = on ? -side * at : 1e3;
+  // Cuts away what lies beyond a point along `normal`, of one kind of surfaces.
+  cut(kind, normal, point) {
+    this.planes[kind].normal.copy(normal).negate();
+    this.planes[kind].constant = normal.dot(point);
+  }
+
+  whole() {
+    for (const plane of Object.values(this.planes)) plane.constant = NOWHERE;
   }
 
   placement(motion, pose, frame) {
@@ -128,11 +154,11 @@ export class Stage {
     });
   }
 
-  clearMarks() {
+  clearPairs() {
     for (const mark of [...this.marks.children]) {
       this.marks.remove(mark);
-      mark.geometry?.dispose();
-      mark.material?.dispose();
+      mark.geometry.dispose();
+      mark.material.dispose();
     }
   }
 
@@ -141,48 +167,27 @@ export class Stage {
     for (const side of [0, 1]) {
       const corners = [];
       for (let k = side * 9; k < array.length; k += 18) corners.push(...array.slice(k, k + 9));
+      const colour = new THREE.Color(styled(side ? "touched" : "touching"));
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(corners), 3));
       const surface = new THREE.Mesh(
         geometry,
         new THREE.MeshBasicMaterial({
-          color: CONTACT[side], side: THREE.DoubleSide, transparent: true, opacity: 0.75, depthTest: false,
+          color: colour, side: THREE.DoubleSide, transparent: true, opacity: 0.75, depthTest: false,
         }),
       );
       surface.renderOrder = 6 - side;
       const edges = new THREE.LineSegments(
         outlines(corners),
-        new THREE.LineBasicMaterial({ color: side ? 0x6b5200 : 0x7a2600, depthTest: false, transparent: true }),
+        new THREE.LineBasicMaterial({ color: colour.clone().multiplyScalar(0.3), depthTest: false, transparent: true }),
       );
       edges.renderOrder = 7;
       this.marks.add(surface, edges);
     }
   }
 
-  addSegment(a, b, kind) {
-    const colour = kind === "plan" ? PLAN : CLOSEST;
-    const length = Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-    const radius = kind === "plan" ? 0.0018 : 0.0015;
-    const material = () => new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true });
-    if (length > 0) {
-      const rod = new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, length, 12), material());
-      const along = new THREE.Vector3(...b).sub(new THREE.Vector3(...a)).normalize();
-      rod.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along);
-      rod.position.set((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2);
-      rod.renderOrder = 9;
-      this.marks.add(rod);
-    }
-    for (const point of [a, b]) {
-      const ball = new THREE.Mesh(new THREE.SphereGeometry(2.6 * radius, 16, 12), material());
-      ball.position.set(...point);
-      ball.renderOrder = 9;
-      this.marks.add(ball);
-    }
-  }
-
   bounds(group) {
     const box = new THREE.Box3();
-    group.updateMatrixWorld(true);
     for (const mesh of group.children) {
       box.union(mesh.geometry.boundingBox.clone().applyMatrix4(mesh.matrix));
     }
