@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.commands import common
-from borecheck.commands.output import check_outputs, emit
+from borecheck.commands.output import emit, refuse_outputs
 from borecheck.errors import InputError, UsageError
 
 TITLES = {
@@ -19,6 +19,11 @@ TITLES = {
     "registration": "tracker, robot and scanner, eq. (15), with its errors",
     "control": "open and closed loop on a cone, eqs. (27) to (31), as in Fig. 11",
 }
+
+# The least --count: what is fewer tells nothing, or is no turn of the cone.
+LEAST = {**dict.fromkeys(TITLES, 100), "control": 200}
+# Options of one study alone.
+ONLY_FOR = {"series": "coupling", "uncertainty": "registration", "pictures": "control"}
 
 # What a study's pages and texts do not list number by number.
 _LONG = ("pictures", "uncertainty")
@@ -34,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="poses, samples, seeds, or periods a turn of the cone (default: "
         "20000, 50000, 200, 1200; statics 500)",
     )
-    parser.add_argument("--seed", type=int, default=1, help="of all random numbers")
+    parser.add_argument("--seed", type=int, help="of all random numbers (default: 1)")
     parser.add_argument(
         "--series",
         type=Path,
@@ -71,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
         **header("crane", args.argv, args.date),
         "study": args.study,
         "summary": f"CRANE: {TITLES[args.study]}",
-        "seed": args.seed,
+        "seed": None if args.series is not None else _seed(args),
         **{k: v for k, v in found.items() if k not in _LONG},
         "told": told,
     }
@@ -82,39 +87,46 @@ def run(args: argparse.Namespace) -> int:
 
 def _check(args: argparse.Namespace) -> None:
     """Refuses what makes no sense before any work is done."""
-    from borecheck.core.whole_files import check_writable
-
-    check_outputs(args)
-    if args.seed < 0:
+    _refuse_stray(args)
+    if args.seed is not None and args.seed < 0:
         raise UsageError("--seed is 0 or more")
-    if args.count is not None and args.count < 100:
-        raise UsageError(f"--count {args.count}: 100 is the least that tells anything")
+    least = LEAST[args.study]
+    if args.count is not None and args.count < least:
+        raise UsageError(
+            f"--count {args.count}: {least} is the least that tells anything"
+        )
     if args.count is not None and args.count > 1_000_000:
         raise UsageError(f"--count {args.count}: 1000000 is the most")
-    for option, study in (
-        *(("series", "coupling"), ("uncertainty", "registration")),
-        ("pictures", "control"),
-    ):
-        if getattr(args, option) is not None and args.study != study:
-            raise UsageError(f"--{option} is for `borecheck crane {study}`")
-    if args.uncertainty is not None:
-        check_writable(args.uncertainty)
     if args.pictures is not None and not args.pictures.is_dir():
         raise UsageError(f"--pictures {args.pictures}: there is no such directory")
+    drawn = {} if args.pictures is None else _pictures(args.pictures)
+    refuse_outputs(args, "out", "report", "uncertainty", more=drawn)
+
+
+def _refuse_stray(args: argparse.Namespace) -> None:
+    """Refuses options that would have no effect."""
+    for option, study in ONLY_FOR.items():
+        if getattr(args, option) is not None and args.study != study:
+            raise UsageError(f"--{option} is for `borecheck crane {study}`")
+    for option in ("count", "seed"):
+        if args.series is not None and getattr(args, option) is not None:
+            raise UsageError(
+                f"--{option} is for simulated series: it does not go with --series"
+            )
 
 
 def _inverse(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from crane.studies import inverse as study
 
     count = args.count or 20_000
-    return _both(study, study.study(count, min(count, 2000), args.seed))
+    return _both(study, study.study(count, min(count, 2000), _seed(args)))
 
 
 def _coupling(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from crane.studies import coupling as study
 
     if args.series is None:
-        return _both(study, study.study(args.count or 50_000, args.seed))
+        return _both(study, study.study(args.count or 50_000, _seed(args)))
     from crane.encoders import read_series
 
     try:
@@ -126,21 +138,23 @@ def _coupling(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 def _statics(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from crane.studies import statics as study
 
-    return _both(study, study.study(args.count or 500, args.seed))
+    return _both(study, study.study(args.count or 500, _seed(args)))
 
 
 def _registration(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from crane.studies import registration as study
 
-    return _both(study, study.study(args.count or 200, args.seed))
+    return _both(study, study.study(args.count or 200, _seed(args)))
 
 
 def _control(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from crane.studies import control as study
 
-    if args.count is not None and args.count < 200:
-        raise UsageError("--count: a turn of 200 periods at least")
-    return _both(study, study.study(args.seed, args.count or 1200))
+    return _both(study, study.study(_seed(args), args.count or 1200))
+
+
+def _seed(args: argparse.Namespace) -> int:
+    return 1 if args.seed is None else int(args.seed)
 
 
 def _both(study: Any, found: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
@@ -162,7 +176,13 @@ _STUDIES: dict[
 def _drawn(folder: Path, pictures: dict[str, Any]) -> dict[Path, str | bytes]:
     from crane.pictures import curves
 
-    return {folder / f"{name}.svg": curves(**p) for name, p in pictures.items()}
+    return {file: curves(**pictures[file.stem]) for file in _pictures(folder).values()}
+
+
+def _pictures(folder: Path) -> dict[str, Path]:
+    """The files of `--pictures`, by what a user would call them."""
+    names = ("position", "angle", "path")
+    return {f"{n}.svg of --pictures": folder / f"{n}.svg" for n in names}
 
 
 def _sections(told: list[str], pictures: dict[str, Any]) -> list[dict[str, Any]]:

@@ -22,6 +22,12 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 COLLINEAR = 1e-6
 # So do points no farther from it than their own misfit explains.
 BEYOND_ERRORS = 2.0
+# Narrower than this part of its length a cloud is a line with errors.
+THIN = 0.1
+# Spreads that differ by more than this factor are a matter of units, not of order.
+SCALED = 1.5
+# Points as near as this coincide; as far as this no scanner or tracker sees, [m].
+NEAREST, FARTHEST = 1e-9, 1e6
 # A mirror image that fits this much better is no matter of noise.
 MIRRORED = 0.2
 
@@ -81,14 +87,15 @@ def register(a: ArrayLike, b: ArrayLike, fle: float | None = None) -> Registrati
 
     Raises:
         ValueError: Fewer than three points, numbers that are not finite, points that
-            coincide or lie on one line, or points that fit a mirror image.
+            coincide or lie on one line, that fit a mirror image, or no rigid motion so
+            far that no turn can be told.
     """
     a, b = _checked(a, b)
-    if fle is not None and not (np.isfinite(fle) and fle >= 0.0):
-        raise ValueError(f"an error of {fle!r} m is none")
-    _refuse_lines(a, b, 0.0)
+    if fle is not None:
+        _refuse_error(fle)
+    _refuse_lines(a, b)
     T, fre = _rigid(a, b)
-    _refuse_lines(a, b, fre)
+    _refuse_misfits(a, b, fre)
     n = len(a)
     known = float(fre / np.sqrt(1.0 - 2.0 / n)) if fle is None else float(fle)
     residuals = a @ T[:3, :3].T + T[:3, 3] - b
@@ -104,8 +111,13 @@ def point_covariance(b: ArrayLike, fle: float) -> Array:
 
     Returns:
         (6, 6), as `Registration.covariance`.
+
+    Raises:
+        ValueError: As for `register`.
     """
-    b = np.asarray(b, float)
+    b, _ = _checked(b, b)
+    _refuse_lines(b, b)
+    _refuse_error(fle)
     middle = b.mean(axis=0)
     away = b - middle
     # about their middle shift and turn are independent; then seen from the origin
@@ -187,24 +199,63 @@ def _checked(a: ArrayLike, b: ArrayLike) -> tuple[Array, Array]:
         raise ValueError(f"{len(a)} points; a rigid transform takes three at least")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise ValueError("a point holds a number that is not finite")
+    largest = float(max(np.abs(a).max(), np.abs(b).max()))
+    if largest > FARTHEST:
+        raise ValueError(f"a point holds {largest:.3g} m: coordinates are in metres")
     return a, b
 
 
-def _refuse_lines(a: Array, b: Array, fre: float) -> None:
-    """Refuses points from which a turn cannot be told."""
+def _refuse_error(fle: float) -> None:
+    if not 0.0 <= fle <= FARTHEST:
+        raise ValueError(f"an error of {fle!r} m is none")
+
+
+def _refuse_lines(a: Array, b: Array) -> None:
+    """Refuses points from which a turn cannot be told, whatever their errors are."""
     for points in (a, b):
-        away = points - points.mean(axis=0)
-        spread = np.linalg.svd(away, compute_uv=False) / np.sqrt(len(points))
-        largest = float(np.abs(points).max())
-        if spread[0] <= 1e-12 * max(largest, 1e-300):
+        along, across = _extent(points)
+        if along <= max(NEAREST, 1e-12 * float(np.abs(points).max())):
             raise ValueError("all points coincide: no turn can be told from them")
-        across = float(np.hypot(spread[1], spread[2]))
-        if across <= max(COLLINEAR * spread[0], BEYOND_ERRORS * fre):
-            raise ValueError(
-                f"the points lie on one line (within {1e3 * across:.3g} mm of it, "
-                f"along it {1e3 * spread[0]:.3g} mm): the turn about it is open; move "
-                "a second axis"
-            )
+        if across <= COLLINEAR * along:
+            raise ValueError(_on_a_line(along, across))
+
+
+def _refuse_misfits(a: Array, b: Array, fre: float) -> None:
+    """Refuses points that do not fit so far that a turn cannot be told from them.
+
+    Thin clouds that fit along their line are lines but for noise; other clouds are no
+    lines, and what is wrong is that they are not the same points.
+    """
+    extents = [_extent(points) for points in (a, b)]
+    along, across = min(extents, key=lambda extent: extent[1])
+    if across > BEYOND_ERRORS * fre:
+        return
+    thin = any(width <= THIN * length for length, width in extents)
+    if thin and fre <= THIN * along:
+        raise ValueError(f"{_on_a_line(along, across)} (misfit {1e3 * fre:.3g} mm)")
+    (first, _), (second, _) = extents
+    ratio = max(first, second) / min(first, second)
+    cause = "the same points, in the same order?"
+    if ratio > SCALED:
+        cause = f"their spreads differ by a factor of {ratio:.4g}: the same units?"
+    raise ValueError(
+        f"the points fit no rigid motion: misfit {1e3 * fre:.3g} mm, while they spread "
+        f"by {1e3 * first:.3g} and {1e3 * second:.3g} mm; {cause}"
+    )
+
+
+def _extent(points: Array) -> tuple[float, float]:
+    """Rms distance of points along their main axis and from it, [m]."""
+    away = points - points.mean(axis=0)
+    spread = np.linalg.svd(away, compute_uv=False) / np.sqrt(len(points))
+    return float(spread[0]), float(np.linalg.norm(spread[1:]))
+
+
+def _on_a_line(along: float, across: float) -> str:
+    return (
+        f"the points lie on one line (within {1e3 * across:.3g} mm of it, along it "
+        f"{1e3 * along:.3g} mm): the turn about it is open; move a second axis"
+    )
 
 
 def chained(parts: Sequence[Registration]) -> Registration:

@@ -132,6 +132,7 @@ def _simulate(args: argparse.Namespace) -> None:
     from borecheck.calibration.measurements import write_measurements
     from borecheck.calibration.simulate import simulate
 
+    refuse_outputs(args, "out", "truth")
     if args.samples < 3:
         raise UsageError(
             f"--samples {args.samples}: it takes at least 3 for each joint"
@@ -144,7 +145,6 @@ def _simulate(args: argparse.Namespace) -> None:
         pulse = parse_angle(args.pulse)
         setup = replace(setup, pulses=dict.fromkeys(subject.arm.joint_names, pulse))
     data, true = simulate(subject.arm, setup, args.samples, args.noise, rng, variation)
-    refuse_outputs(args, "out", "truth")
     write_measurements(args.out, subject.arm, data)
     say(f"{args.out}: {len(data)} samples of {len(subject.arm.lines)} joints")
     if args.truth is not None:
@@ -166,8 +166,8 @@ def _fit(args: argparse.Namespace) -> int:
     from borecheck.calibration.plausible import oddities
     from borecheck.commands.exit_status import ExitStatus
 
-    subject = _subject(args)
     refuse_outputs(args, "out", "urdf")
+    subject = _subject(args)
     data = read_measurements(args.data, subject.arm)
     _tell_of_held(subject)
     found = fit(
@@ -217,9 +217,9 @@ def _observe(args: argparse.Namespace) -> None:
 def _plan(args: argparse.Namespace) -> None:
     from borecheck.calibration.plan import as_csv, plan
 
+    refuse_outputs(args, "out")
     subject = _subject(args)
     _tell_of_held(subject)
-    refuse_outputs(args, "out")
     if not 10 <= args.samples <= args.candidates:
         raise UsageError("--samples must lie between 10 and --candidates")
     chosen = plan(
@@ -241,6 +241,7 @@ def _plan(args: argparse.Namespace) -> None:
 def _report(args: argparse.Namespace) -> None:
     from borecheck.calibration.residual_page import page
 
+    refuse_outputs(args, more={"the page": args.page})
     try:
         document = json.loads(args.result.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
@@ -249,6 +250,5 @@ def _report(args: argparse.Namespace) -> None:
         raise InputError(args.result, f"is no JSON: {error}") from error
     if not isinstance(document, dict) or document.get("command") != "calibrate fit":
         raise InputError(args.result, "is no result of `borecheck calibrate fit --out`")
-    refuse_outputs(args, "page")
     write_whole(args.page, page(document))
     say(f"{args.page}: residuals of {len(document['samples'])} samples")

@@ -23,7 +23,7 @@ from borecheck.commands.options.patient_place import (
 from borecheck.commands.options.uncertainty import (
     add_options as add_uncertainty_options,
 )
-from borecheck.commands.output import check_outputs, emit, wants_display
+from borecheck.commands.output import emit, refuse_outputs, wants_display
 from borecheck.commands.slicer_files import add_slicer, refuse_folder, show_in_slicer
 from borecheck.core.units import parse_length
 
@@ -122,7 +122,7 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
         args: The options.
         more: What else belongs to the result: how its path was found.
     """
-    check_outputs(args)
+    refuse_outputs(args, "out", "report", "certificate")
     refuse_folder(args)
     refuse_stray_corridor(args)
     plans = _plans_asked(args)

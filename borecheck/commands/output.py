@@ -2,9 +2,10 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from itertools import combinations
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from borecheck.core.whole_files import check_writable, same_file, write_whole
@@ -31,42 +32,81 @@ _NO_RESULT = frozenset(
     )
 )
 
+# Outputs that are robot files themselves.
+_ROBOT_FILES = ("urdf", "write_srdf")
+_NOTHING: Mapping[str, Path] = MappingProxyType({})
+
 
 def check_outputs(args: argparse.Namespace) -> None:
     """Refuses outputs that cannot be written, before any work is done."""
     refuse_outputs(args, "out", "report")
 
 
-def refuse_outputs(args: argparse.Namespace, *names: str) -> None:
+def refuse_outputs(
+    args: argparse.Namespace,
+    *names: str,
+    more: Mapping[str, Path] = _NOTHING,
+    renewed: Collection[str] = (),
+) -> None:
     """Refuses options that name a file which cannot be written, or would be lost.
 
     Args:
         args: All options.
         names: Those that name an output.
+        more: Other files that are written, by what the user would call them.
+        renewed: Options whose file may be read and then written anew.
 
     Raises:
         InputError: It cannot be written.
         UsageError: Two of them are one file, or one is a file that is read as well, or
             a mesh or robot file that is there.
     """
-    given = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
-    for name, path in given.items():
+    options = {n: getattr(args, n) for n in names if getattr(args, n) is not None}
+    outputs = {_option(name): path for name, path in options.items()} | dict(more)
+    for path in outputs.values():
         check_writable(path)
-        if name != "urdf":  # the one output that is a robot file
-            _refuse_other_files(name, path)
-    for (name, path), (other, second) in combinations(given.items(), 2):
-        if same_file(path, second):
-            raise UsageError(f"--{name} and --{other} name the same file")
-    others = {k: v for k, v in vars(args).items() if k not in (*names, "argv")}
-    for value in others.values():
+    for name, path in options.items():
+        if name not in _ROBOT_FILES:
+            _refuse_other_files(_option(name), path)
+    _refuse_one_for_two(outputs | _beside(options))
+    lost = {_option(n): p for n, p in options.items() if n not in renewed} | dict(more)
+    written = [id(path) for path in outputs.values()]
+    for option, value in vars(args).items():
+        if option in (*names, "argv") or id(value) in written:
+            continue
         for text in value if isinstance(value, list) else [value]:
-            _refuse_input(given, text)
+            _refuse_input(lost, text)
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _beside(options: Mapping[str, Path]) -> dict[str, Path]:
+    """The meshes of a certificate, which are written beside it."""
+    file = options.get("certificate")
+    if file is None or file.suffix.lower() == ".npz":  # refused for what it is
+        return {}
+    return {"the meshes of --certificate": file.with_suffix(".npz")}
+
+
+def _refuse_one_for_two(outputs: Mapping[str, Path]) -> None:
+    """Refuses two outputs under one name, links followed: the second loses the first.
+
+    Raises:
+        UsageError: There are such.
+    """
+    for (name, path), (other, second) in combinations(outputs.items(), 2):
+        if same_file(path, second):
+            raise UsageError(
+                f"{name} and {other} name the same file {second}: one would be lost"
+            )
 
 
 def _refuse_other_files(name: str, path: Path) -> None:
     """Refuses to write a result over a file of another kind, links followed."""
     if path.is_file() and path.resolve().suffix.lower() in _NO_RESULT:
-        raise UsageError(f"--{name} {path}: is there already and no result")
+        raise UsageError(f"{name} {path}: is there already and no result")
 
 
 def _refuse_input(outputs: Mapping[str, Path], text: object) -> None:
@@ -76,7 +116,7 @@ def _refuse_input(outputs: Mapping[str, Path], text: object) -> None:
     named = [Path(words) for words in _files_in(str(text))]
     for name, path in outputs.items():
         if path.is_file() and any(same_file(path, file) for file in named):
-            raise UsageError(f"--{name} {path}: the file is read too; it would be lost")
+            raise UsageError(f"{name} {path}: the file is read too; it would be lost")
 
 
 def _files_in(text: str) -> list[str]:

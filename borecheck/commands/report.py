@@ -13,11 +13,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Writes the page."""
+    from borecheck.commands.output import refuse_outputs
     from borecheck.core.result_file import read_result
-    from borecheck.core.whole_files import check_writable, write_whole
+    from borecheck.core.whole_files import write_whole
     from borecheck.report.page import page
 
-    check_writable(args.out)
+    refuse_outputs(args, more={"the page": args.out})
     document = read_result(args.result)
     if args.date is not None:
         document["date"] = args.date

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from borecheck.commands.options.validate import add_arguments, given_by, refuse_nonsense
+from borecheck.commands.output import refuse_outputs
 from borecheck.core.text import printable
 from borecheck.core.whole_files import check_writable, write_whole
 from borecheck.errors import UsageError
@@ -45,6 +46,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.files:
         raise UsageError("no file given; name URDF or xacro files, folders or -")
     refuse_nonsense(args)
+    _refuse_outputs(args)
     skipped: list[str] = []
     files, given = many.expand_files(args.files, skipped), given_by(args)
     if skipped:
@@ -58,10 +60,6 @@ def run(args: argparse.Namespace) -> int:
 
         return fix_files(options, write=args.write)
     known = _baselines(args, settings)
-    for name in ("out", "report", "resume", "write_baseline", "write_srdf"):
-        if getattr(args, name) is not None:
-            # a run is resumed from what was kept, so that must be a file
-            check_writable(getattr(args, name), stream=name != "resume")
     check: many.Check = partial(check_one, given=given, config=args.config)
     if args.write_srdf is not None:
         from borecheck.validation.srdf_proposal import write_proposal
@@ -85,6 +83,15 @@ def run(args: argparse.Namespace) -> int:
     fail_on = {f: _fail_on(args, found) for f, found in settings.items()}
     _write(args, results, options[files[0]].profile, fail_on)
     return _status(results, fail_on)
+
+
+def _refuse_outputs(args: argparse.Namespace) -> None:
+    """Refuses outputs that cannot be written or would be lost, before the work."""
+    written = ("out", "report", "resume", "write_baseline", "write_srdf")
+    if args.resume is not None:
+        # a run is resumed from what was kept, so that must be a file
+        check_writable(args.resume, stream=False)
+    refuse_outputs(args, *written, renewed=("write_baseline",))
 
 
 def _tell_skipped(folders: Sequence[str]) -> None:

@@ -109,10 +109,13 @@ def written_beside(target: Path, content: bytes) -> Path:
 
 
 def same_file(first: Path, second: Path) -> bool:
-    """Whether two outputs would be one file, which the second would lose."""
-    if _real(first) != _real(second):
-        return False
-    return not first.exists() or first.is_file()
+    """Whether two outputs would be one file, which the second would lose.
+
+    Links are followed, also hard ones: a file keeps its other names when it is written.
+    """
+    if _real(first) == _real(second):
+        return not first.exists() or first.is_file()
+    return first.is_file() and second.is_file() and first.samefile(second)
 
 
 def remove(path: Path) -> None:

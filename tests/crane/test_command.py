@@ -117,7 +117,7 @@ def test_a_bad_series_is_one_line(text, message, tmp_path):
     [
         (("statics", "--count", "3"), "100 is the least"),
         (("inverse", "--count", "9999999"), "1000000 is the most"),
-        (("control", "--count", "150"), "200 periods"),
+        (("control", "--count", "150"), "200 is the least"),
         (("statics", "--seed", "-1"), "--seed is 0 or more"),
         (
             ("statics", "--series", "x.csv"),

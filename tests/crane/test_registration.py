@@ -155,6 +155,8 @@ def test_the_trajectory_moves_the_stages_alone():
     np.testing.assert_allclose(R, np.broadcast_to(R[0], R.shape), atol=1e-15)
 
 
+RNG = np.random.default_rng(12)
+SHUFFLED = [3, 0, 2, 9, 1, 5, 8, 4, 6, 7]
 LINE = np.outer(np.linspace(0.0, 0.3, 10), [1.0, 2.0, -1.0]) + 0.1
 
 
@@ -174,6 +176,15 @@ LINE = np.outer(np.linspace(0.0, 0.3, 10), [1.0, 2.0, -1.0]) + 0.1
         (CLOUD, CLOUD * [1.0, 1.0, -1.0], "mirror image"),
         (CLOUD, CLOUD[:-1], "must both be"),
         (CLOUD, CLOUD * np.nan, "not finite"),
+        (CLOUD[::-1], CLOUD, "fit no rigid motion: .*in the same order"),
+        (CLOUD * 1e3, CLOUD, "by a factor of 1000: the same units"),
+        (noisy(LINE, 1e-3, RNG)[SHUFFLED], noisy(LINE, 1e-3, RNG), "no rigid"),
+        (noisy(LINE, 5e-3, RNG), noisy(LINE, 5e-3, RNG), "on one line .*misfit"),
+        (0.1 * np.eye(3), 0.1 * np.eye(3) * [1, 2, 1], "no rigid motion"),
+        (CLOUD * 1e160, CLOUD, "holds 1.4e.158 m"),
+        (CLOUD, CLOUD * 1e308, "metres"),
+        (CLOUD * 1e-200, CLOUD, "coincide"),
+        (CLOUD * 1e-320, CLOUD * 1e-320, "coincide"),
     ],
 )
 def test_what_tells_no_transform_is_refused(a, b, message):
@@ -189,3 +200,30 @@ def test_check_takes_the_covariance():
     np.testing.assert_allclose(
         read.registration.covariance, found.scanner_robot.covariance, rtol=1e-9
     )
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e-2, 0.1, 1.0, 10.0])
+def test_only_lines_are_called_lines(scale):
+    """Whatever the misfit, a cloud as wide as long is none; a needle's row is one."""
+    rng = np.random.default_rng(13)
+    for _ in range(50):
+        b = CLOUD[rng.permutation(8)] + rng.normal(scale=scale * 0.01, size=(8, 3))
+        try:
+            register(CLOUD, b)
+        except ValueError as error:
+            assert "line" not in str(error)
+    for _ in range(50):
+        row = np.outer(np.sort(rng.uniform(0.0, 0.2, 8)), [0.6, 0.0, 0.8])
+        noise = scale * 1e-4
+        with pytest.raises(ValueError, match="on one line"):
+            register(noisy(row, noise, rng), noisy(row, noise, rng))
+
+
+@pytest.mark.parametrize("fle", [np.nan, np.inf, -1e-3, 1e160])
+def test_an_error_that_is_none_is_refused(fle):
+    with pytest.raises(ValueError, match="is none"):
+        register(CLOUD, THERE, fle)
+    with pytest.raises(ValueError, match="is none"):
+        point_covariance(CLOUD, fle)
+    with pytest.raises(ValueError, match="on one line"):
+        point_covariance(LINE, 1e-3)
