@@ -137,7 +137,8 @@ def needle_asked_for(
         raise ValueError("tip or direction holds a number that is not finite")
     if not math.isfinite(insertion):
         raise ValueError(f"insertion {insertion!r} is not finite")
-    length = math.hypot(*direction)
-    if length == 0.0:
+    if not direction.any():
         raise ValueError("the needle direction has no length")
-    return tip, direction / length
+    # by a power of two, which rounds nothing: lengths near 1e308 and 1e-320 are lengths
+    n: Array = np.ldexp(direction, -math.frexp(np.abs(direction).max())[1])
+    return tip, n / math.hypot(*n)

@@ -1,7 +1,8 @@
 """CRANE's answers at chosen (q5, q6, q8), for one needle or many; numpy only.
 
 With the axis of q7 square to the needle, `A + B cos q4 + D sin q4 = 0` has two roots
-q4 wherever `n_x^2 + (sin q6 cos q5)^2 <= 1`; q7 and the stages follow.
+q4 wherever `n_x^2 + (sin q6 cos q5)^2 <= 1`; q7 and the stages follow. Whether there
+are roots is decided once, by `room`, for all who ask.
 """
 
 from collections.abc import Mapping
@@ -14,10 +15,10 @@ from crane.dimensions import Dimensions, from_arguments
 
 Array = NDArray[np.float64]
 
-# Below this nothing is left of what q4 must turn into place: every q4 is right.
-FREE = 1e-12
-# What rounding takes from n_x^2 + (sin q6 cos q5)^2 = 1 at the edge of existence.
+# What rounding takes from a direction, [rad]: so far a needle may be from the nearest
+# that the arm can point to, and nearer than this to the arm every roll of it is right.
 AT_THE_EDGE = 4.0 * float(np.finfo(float).eps)
+FREE = 4.0 * AT_THE_EDGE
 
 _NOTHING: Mapping[str, float] = MappingProxyType({})
 
@@ -36,7 +37,7 @@ def many_q5_q6(
 
     Args:
         tips: Needle tips in the scanner's frame I, (n, 3), [m].
-        directions: Unit directions, (n, 3).
+        directions: (n, 3), of any length but 0.
         q5: [rad], (n,).
         q6: [rad], (n,).
         q8: [m], (n,).
@@ -46,10 +47,14 @@ def many_q5_q6(
     Returns:
         (n, 2, 8): NaN where there is no branch; two equal rows at a double root; where
         q4 is free, q4 = 0 and the second row is NaN.
+
+    Raises:
+        ValueError: A number is not finite, or a direction has no length.
     """
     d = from_arguments(arguments, perturbed)
-    p8, n = seen_from_base(d, np.asarray(tips, float), np.asarray(directions, float))
     q5, q6, q8 = (np.asarray(v, float) for v in (q5, q6, q8))
+    refuse_no_numbers(tips=np.asarray(tips, float), q5=q5, q6=q6, q8=q8)
+    p8, n = seen_from_base(d, np.asarray(tips, float), unit(directions))
     (plus, minus), none, free = q4_roots(n, q5, q6)
     q = np.stack([finished(d, p8, n, q4, q5, q6, q8) for q4 in (plus, minus)], axis=-2)
     q[none] = np.nan
@@ -87,9 +92,7 @@ def q4_roots(
     A = -S6 * C5 * n[..., 0]
     B = S6 * S5 * n[..., 2] + C6 * n[..., 1]
     D = C6 * n[..., 2] - S6 * S5 * n[..., 1]
-    size, space = B * B + D * D, room(n, q5, q6)
-    free = np.asarray((size < FREE**2) & (np.abs(A) < FREE))
-    none = np.asarray(((space < -AT_THE_EDGE) | (size == 0.0)) & ~free)
+    space, none, free = room(n, q5, q6)
     root = np.sqrt(np.maximum(space, 0.0))
     first, second = (
         np.where(free, 0.0, np.arctan2(-A * D + s * B, -A * B - s * D))
@@ -98,10 +101,29 @@ def q4_roots(
     return (first, second), none, free
 
 
-def room(n: Array, q5: Array, q6: Array) -> Array:
-    """What is left of 1 = n_x^2 + (sin q6 cos q5)^2, without a cancellation."""
-    across = n[..., 1] ** 2 + n[..., 2] ** 2
-    return np.asarray(across - (np.sin(q6) * np.cos(q5)) ** 2)
+def room(
+    n: Array, q5: Array, q6: Array
+) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+    """What is left of 1 = n_x^2 + (sin q6 cos q5)^2; where nothing; where q4 is free.
+
+    With s = |sin q6 cos q5| the part of q7's axis along the arm and c that across it, h
+    the needle's across: `h^2 - s^2 = c^2 - n_x^2`, and each difference is taken where
+    its parts are small. The arm can point to within about s - h (or |n_x| - c) of the
+    needle: that angle, and not its square, is what rounding may take.
+
+    Args:
+        n: Unit direction of the needle in the base's frame, (..., 3).
+        q5: [rad], (...).
+        q6: [rad], (...).
+    """
+    h, x = np.hypot(n[..., 1], n[..., 2]), np.abs(n[..., 0])
+    s = np.abs(np.sin(q6) * np.cos(q5))
+    c = np.hypot(np.cos(q6), np.sin(q6) * np.sin(q5))
+    along = s < c
+    more, less = np.where(along, h, c), np.where(along, s, x)
+    free = np.maximum(more, less) <= FREE
+    none = (more - less < -AT_THE_EDGE) & ~free
+    return np.asarray((more - less) * (more + less)), np.asarray(none), np.asarray(free)
 
 
 def finished(
@@ -130,6 +152,34 @@ def finished(
     x7 = times(np.sin(q7), x6) + times(np.cos(q7), z6)
     p5 = p8 - times(d.d8 + q8, n) - d.a8 * x7 - d.d7 * z7 - d.a7 * x6 - d.a6 * x5
     return np.stack([-p5[..., 1], p5[..., 2], p5[..., 0], q4, q5, q6, q7, q8], -1)
+
+
+def unit(directions: ArrayLike) -> Array:
+    """Directions (..., 3) with their length taken away.
+
+    Raises:
+        ValueError: A number is not finite, or one has no length.
+    """
+    n = np.asarray(directions, dtype=np.float64)
+    if n.shape[-1:] != (3,):
+        raise ValueError(f"a direction is x, y, z, not {n.shape}")
+    refuse_no_numbers(direction=n)
+    if not n.any(axis=-1).all():
+        raise ValueError("the needle direction has no length")
+    # by a power of two: squares of the least and the greatest numbers are none
+    n = np.ldexp(n, -np.frexp(np.abs(n).max(axis=-1, keepdims=True))[1])
+    return np.asarray(n / np.linalg.norm(n, axis=-1, keepdims=True))
+
+
+def refuse_no_numbers(**values: ArrayLike) -> None:
+    """Refuses what is no number.
+
+    Raises:
+        ValueError: Names the first.
+    """
+    for name, value in values.items():
+        if not np.isfinite(value).all():
+            raise ValueError(f"{name} holds a number that is not finite: {value!r}")
 
 
 def times(by: Array, v: Array) -> Array:

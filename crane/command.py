@@ -127,7 +127,7 @@ def _coupling(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 
     if args.series is None:
         return _both(study, study.study(args.count or 50_000, _seed(args)))
-    from crane.encoders import read_series
+    from crane.series_file import read_series
 
     try:
         return _both(study, study.measured(read_series(args.series)))

@@ -1,12 +1,12 @@
 """What CRANE's encoders read; simulated series of motors and joints. numpy only."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crane.dimensions import LIMITS
+from crane.excitation import MOTOR_STEP
 from crane.transmission import CABLE, CABLE_JOINTS
 
 Array = NDArray[np.float64]
@@ -15,8 +15,6 @@ Array = NDArray[np.float64]
 JOINT_STEP = 2.0 * np.pi / 2**14
 # Assumed: the magnet of q8 turns with its capstan of 12.7 mm (the precursor's).
 CAPSTAN = 12.7e-3
-# Maxon ENX (section V-D), its lines are not printed; assumed 1024, four edges each.
-MOTOR_STEP = 2.0 * np.pi / 4096
 
 
 @dataclass(frozen=True)
@@ -74,35 +72,3 @@ def simulated_series(
         return Series(m, read)
     steps = JOINT_STEP * np.array([1.0, 1.0, 1.0, 0.5 * CAPSTAN])
     return Series(rounded(m, MOTOR_STEP), rounded(read, steps))
-
-
-HEADER = ("m5", "m6", "m7", "m8", "q5", "q6", "q7", "q8")
-
-
-def read_series(path: Path) -> Series:
-    """A measured series: a header `m5,...,q8`, then a line of numbers a sample.
-
-    Args:
-        path: The file; motors and q5 to q7 in [rad], q8 in [m].
-
-    Raises:
-        ValueError: It cannot be read, has another header, or a line that is none.
-    """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"cannot be read ({error})") from error
-    header = tuple(word.strip() for word in lines[0].split(",")) if lines else ()
-    if header != HEADER:
-        raise ValueError(f"line 1: the header must be {','.join(HEADER)}")
-    rows = []
-    for number, line in enumerate(lines[1:], start=2):
-        try:
-            row = [float(word) for word in line.split(",")]
-        except ValueError:
-            raise ValueError(f"line {number}: something is no number") from None
-        if len(row) != len(HEADER):
-            raise ValueError(f"line {number}: {len(row)} numbers, not {len(HEADER)}")
-        rows.append(row)
-    values = np.array(rows, dtype=np.float64).reshape(-1, len(HEADER))
-    return Series(values[:, :4], values[:, 4:])

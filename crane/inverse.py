@@ -16,13 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 from borecheck_models import closed_form
 from borecheck_models.closed_form import Solutions, needle_asked_for
 from crane.branches import (
-    AT_THE_EDGE,
     FREE,
     finished,
     q4_roots,
+    refuse_no_numbers,
     room,
     seen_from_base,
     times,
+    unit,
 )
 from crane.dimensions import ANGLES, LIMITS, Dimensions, from_arguments
 
@@ -53,12 +54,16 @@ def exists(direction: ArrayLike, q5: ArrayLike, q6: ArrayLike) -> NDArray[np.boo
     """Whether any q4 and q7 point the needle there: n_x^2 + (sin q6 cos q5)^2 <= 1.
 
     Args:
-        direction: Unit direction of the needle in the base's frame, (..., 3).
+        direction: Of the needle in the base's frame, (..., 3), of any length but 0.
         q5: [rad].
         q6: [rad].
+
+    Raises:
+        ValueError: A number is not finite, or a direction has no length.
     """
-    n = np.asarray(direction, dtype=np.float64)
-    return np.asarray(room(n, np.asarray(q5), np.asarray(q6)) >= -AT_THE_EDGE)
+    n, q5, q6 = unit(direction), np.asarray(q5, float), np.asarray(q6, float)
+    refuse_no_numbers(q5=q5, q6=q6)
+    return ~room(n, q5, q6)[1]
 
 
 def inverse_q5_q6(
@@ -87,8 +92,7 @@ def inverse_q5_q6(
     """
     d = from_arguments(arguments, perturbed)
     p8, n = _in_base(d, tip, direction, q8)
-    if not (math.isfinite(q5) and math.isfinite(q6)):
-        raise ValueError(f"q5 = {q5}, q6 = {q6}: a number is not finite")
+    refuse_no_numbers(q5=q5, q6=q6)
     angles, none, free = q4_roots(n, np.array(q5), np.array(q6))
     if none:
         return Branches(())
@@ -132,19 +136,20 @@ def inverse_roll(
     d = from_arguments(arguments, perturbed)
     tip, n = _in_base(d, tip, direction, 0.0)
     psi, q7, q8 = np.broadcast_arrays(*(np.asarray(v, float) for v in (psi, q7, q8)))
+    refuse_no_numbers(psi=psi, q7=q7, q8=q8)
     e1, e2 = roll_axes(n)
     x8 = times(np.cos(psi), e1) + times(np.sin(psi), e2)
     x6 = times(np.sin(q7), x8) + times(np.cos(q7), n)
     z6 = times(np.cos(q7), x8) - times(np.sin(q7), n)
     z7 = np.cross(x8, n)
     x = np.array([1.0, 0.0, 0.0])
-    S5 = z6[..., 0]
-    x5 = x - times(S5, z6)
-    C5 = np.linalg.norm(x5, axis=-1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        x5 = np.where(C5[..., None] > FREE, x5 / C5[..., None], np.nan)
-    z5 = np.cross(z6, x5)
-    x4 = times(C5, z6) - times(S5, x5)
+    # z6 = C5 x4 + S5 x with x4 square to the arm: no difference of large numbers
+    S5, C5 = z6[..., 0], np.hypot(z6[..., 1], z6[..., 2])
+    up = np.where(C5 > FREE, C5, np.nan)
+    zero = np.zeros_like(S5)
+    x4 = np.stack([zero, z6[..., 1] / up, z6[..., 2] / up], axis=-1)
+    z5 = np.stack([zero, x4[..., 2], -x4[..., 1]], axis=-1)
+    x5 = times(C5, x) - times(S5, x4)
     p5 = tip - times(d.d8 + q8, n) - d.a8 * x8 - d.d7 * z7 - d.a7 * x6 - d.a6 * x5
     q4 = np.arctan2(-x4[..., 1], x4[..., 2])
     q6 = np.arctan2(np.sum(x6 * z5, axis=-1), np.sum(x6 * x5, axis=-1))
@@ -158,9 +163,12 @@ def roll_axes(direction: ArrayLike) -> tuple[Array, Array]:
     """The axes e1, e2 (3,) square to a needle, from which the roll psi is measured.
 
     Args:
-        direction: Unit direction in the base's frame, (3,).
+        direction: In the base's frame, (3,), of any length but 0.
+
+    Raises:
+        ValueError: A number is not finite, or the direction has no length.
     """
-    n = np.asarray(direction, dtype=np.float64)
+    n = unit(direction)
     along = np.array([1.0, 0.0, 0.0])
     if abs(n[0]) > 1.0 - 1e-6:  # the needle lies along the arm: any plane will do
         along = np.array([0.0, 0.0, 1.0])

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from crane.excitation import FINEST, LEAST_EFFECT, excitation
+
 Array = NDArray[np.float64]
 
 MOTORS = tuple(f"m{i}" for i in range(1, 9))
@@ -30,9 +32,10 @@ CABLE = (
     (-5.2606e-3, 3.2317e-3, -8.7312e-3, 6.35e-3),
 )
 
-# Spread of the motors' motions beyond which their effects cannot be told apart: a
-# series read with encoders still passes it where two motors go in step.
-WORST_CONDITION = 1e3
+# An entry above the diagonal beyond so many standard errors is no matter of chance.
+BY_CHANCE = 6.0
+# Readings beyond this are in another unit than [rad] and [m].
+LARGEST = 1e6
 
 
 @dataclass(frozen=True)
@@ -116,6 +119,19 @@ class Identified:
     condition: float
     above: float
 
+    def above_diagonal(self) -> tuple[tuple[str, str, float, float], ...]:
+        """Joint, motor, entry and its standard errors, of what the paper has as 0.
+
+        Entries of C_cable above the diagonal that errors, if independent from sample
+        to sample, do not explain.
+        """
+        ratio = _in_standard_errors(self.cable, self.standard_error, self.condition)
+        told = np.argwhere(np.triu(ratio, 1) > BY_CHANCE)
+        return tuple(
+            (CABLE_JOINTS[i], MOTORS[4 + j], float(self.cable[i, j]), ratio[i, j])
+            for i, j in told
+        )
+
 
 def identify(
     motors: ArrayLike,
@@ -135,22 +151,22 @@ def identify(
 
     Raises:
         ValueError: Too few samples, numbers that are not finite, a motor that stands
-            still, a joint that never moves, or motors driven in step.
+            still or flickers, a joint that does not follow, or motors driven in step.
     """
     M, Q = _checked(motors, joints)
-    stuck = [f"q{5 + i}" for i in np.flatnonzero(np.ptp(Q, axis=0) == 0.0)]
+    stuck = [f"q{5 + i}" for i in np.flatnonzero(np.ptp(Q, axis=0) < FINEST)]
     if stuck:
         raise ValueError(f"{', '.join(stuck)} does not move: encoder or cable?")
-    condition = _condition(M, intercept)
+    own, condition = excitation(M, MOTORS[4:], intercept)
     cable, errors = np.zeros((4, 4)), np.zeros((4, 4))
     offset, rms = np.zeros(4), np.zeros(4)
     for i in range(4):
         used = i + 1 if triangular else 4
         row, error, offset[i], rms[i] = _row(M[:, :used], Q[:, i], intercept)
         cable[i, :used], errors[i, :used] = row, error
-    upper = np.triu_indices(4, 1)
-    least = np.finfo(float).eps * np.abs(cable).max(axis=1)[:, None] + errors
-    above = 0.0 if triangular else float(np.max(np.abs(cable / least)[upper]))
+    _refuse_unmoved(np.abs(np.diag(cable)) * own, rms)
+    ratio = _in_standard_errors(cable, errors, condition)
+    above = 0.0 if triangular else float(ratio[np.triu_indices(4, 1)].max())
     return Identified(cable, offset, rms, errors, condition, above)
 
 
@@ -171,6 +187,12 @@ def _row(M: Array, q: Array, intercept: bool) -> tuple[Array, Array, float, floa
     return row, spread / scale, level - float(mean @ row), rms
 
 
+def _in_standard_errors(cable: Array, errors: Array, condition: float) -> Array:
+    """Every entry in its standard error, to which rounding adds, (4, 4)."""
+    rounding = condition * np.finfo(float).eps * np.abs(cable).max(axis=1)
+    return np.asarray(np.abs(cable) / (rounding[:, None] + errors))
+
+
 def _checked(motors: ArrayLike, joints: ArrayLike) -> tuple[Array, Array]:
     M, Q = np.asarray(motors, float), np.asarray(joints, float)
     if M.ndim != 2 or M.shape[1] != 4 or M.shape != Q.shape:
@@ -179,23 +201,17 @@ def _checked(motors: ArrayLike, joints: ArrayLike) -> tuple[Array, Array]:
         raise ValueError(f"{len(M)} samples; 10 are the least for four motors")
     if not (np.isfinite(M).all() and np.isfinite(Q).all()):
         raise ValueError("a series holds a number that is not finite")
+    largest = float(max(np.abs(M).max(), np.abs(Q).max()))
+    if largest > LARGEST:
+        raise ValueError(f"a series holds {largest:.3g}: readings are in rad, q8 in m")
     return M, Q
 
 
-def _condition(M: Array, intercept: bool) -> float:
-    """How far apart the motors' motions are; refuses what M M^T cannot tell apart."""
-    moved = M - M.mean(axis=0) if intercept else M
-    size = np.linalg.norm(moved, axis=0)
-    still = [MOTORS[4 + i] for i in np.flatnonzero(np.ptp(M, axis=0) == 0.0)]
-    if still:
-        raise ValueError(f"{', '.join(still)} stands still: nothing is learnt of it")
-    _, values, ways = np.linalg.svd(moved / size, full_matrices=False)
-    condition = float(values[0] / values[-1]) if values[-1] > 0.0 else np.inf
-    if condition > WORST_CONDITION:
-        named = [MOTORS[4 + i] for i in np.flatnonzero(np.abs(ways[-1]) > 0.1)]
+def _refuse_unmoved(effect: Array, unexplained: Array) -> None:
+    """Refuses joints whose own motor moves them by less than what is not explained."""
+    for i in np.flatnonzero(effect < LEAST_EFFECT * unexplained):
         raise ValueError(
-            f"{' and '.join(named)} are driven in step (condition {condition:.1e}): M "
-            "M^T of eq. (9) is singular, their effects cannot be told apart; drive "
-            "them at frequencies of their own"
+            f"{CABLE_JOINTS[i]} does not follow {MOTORS[4 + i]}, which moves it by "
+            f"{effect[i]:.2g} rms while {unexplained[i]:.2g} of its motion is not "
+            "explained: encoder, cable, or too small a motion?"
         )
-    return condition

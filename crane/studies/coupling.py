@@ -62,6 +62,10 @@ def told(found: Identified, true: Any = TRUE) -> dict[str, Any]:
         "offset": found.offset.tolist(),
         "cable": found.cable.tolist(),
         "standard_error": found.standard_error.tolist(),
+        "above_diagonal_entries": [
+            {"joint": joint, "motor": motor, "entry": entry, "standard_errors": ratio}
+            for joint, motor, entry, ratio in found.above_diagonal()
+        ],
     }
 
 
@@ -98,16 +102,29 @@ def lines(found: dict[str, Any]) -> Iterator[str]:
             f"residual {max(r['residual_rms']):.1e}, condition {r['condition']:.2f}"
         )
     if "in_step" not in found:
-        columns = " ".join(f"{name:>11s}" for name in MOTORS[4:])
-        yield f"C_cable{columns}      offset"
-        (r,) = found["found"]
-        for i, row in enumerate(r["cable"]):
-            entries = " ".join(f"{x:11.7f}" for x in row)
-            yield f"  q{i + 5}   {entries} {r['offset'][i]:11.7f}"
+        yield from _matrix(found["found"][0])
         return
     for reason in found["in_step"]:
         yield f"in step: refused, {reason}"
     yield f"joints to motors and back: {found['there_and_back']:.1e}"
+
+
+def _matrix(r: dict[str, Any]) -> Iterator[str]:
+    """What was found, entry by entry, and what speaks against the paper's form."""
+    yield "C_cable" + " ".join(f"{name:>11s}" for name in MOTORS[4:]) + "      offset"
+    for i, row in enumerate(r["cable"]):
+        entries = " ".join(f"{x:11.7f}" for x in row)
+        yield f"  q{i + 5}   {entries} {r['offset'][i]:11.7f}"
+    yield "standard errors of the entries, residual of the row"
+    for i, row in enumerate(r["standard_error"]):
+        errors = " ".join(f"{x:11.1e}" for x in row)
+        yield f"  q{i + 5}   {errors} {r['residual_rms'][i]:11.1e}"
+    for e in r["above_diagonal_entries"]:
+        yield (
+            f"warning: not lower triangular, as eq. (10) has it: {e['motor']} moves "
+            f"{e['joint']} by {e['entry']:.2g}, {e['standard_errors']:.0f} standard "
+            "errors: another routing, columns exchanged, or play"
+        )
 
 
 def main() -> None:

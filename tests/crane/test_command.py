@@ -10,8 +10,9 @@ import pytest
 from borecheck.errors import BorecheckError
 from borecheck.report.page import page
 from crane.command import add_arguments, run
-from crane.encoders import HEADER, simulated_series
+from crane.encoders import simulated_series
 from crane.pictures import curves
+from crane.series_file import HEADER
 from crane.transmission import CABLE
 
 
@@ -95,12 +96,46 @@ def test_a_series_in_step_is_refused_with_its_file(tmp_path):
         asked("coupling", "--series", str(path))
 
 
+def test_a_series_of_a_spreadsheet_is_the_same(tmp_path, capsys):
+    """With a byte-order mark, its line ends, and blank lines at its end."""
+    series = simulated_series(100, np.random.default_rng(0))
+    path = written(tmp_path, series)
+    asked("coupling", "--series", str(path))
+    plain = capsys.readouterr().out
+    text = path.read_text().replace("\n", "\r\n")
+    path.write_bytes(b"\xef\xbb\xbf" + f"{text}\r\n  \n".encode())
+    asked("coupling", "--series", str(path))
+    assert capsys.readouterr().out == plain
+
+
+def test_a_series_tells_its_errors_and_what_speaks_against_the_paper(tmp_path, capsys):
+    C = np.array(CABLE)
+    C[0, 1] = 0.02
+    path = written(tmp_path, simulated_series(500, np.random.default_rng(1), cable=C))
+    assert asked("coupling", "--series", str(path), "--out", str(tmp_path / "o")) == 0
+    lines = capsys.readouterr().out.splitlines()
+    (warning,) = [line for line in lines if "warning" in line]
+    assert "not lower triangular" in warning
+    assert "m6 moves q5 by 0.02" in warning
+    (found,) = json.loads((tmp_path / "o").read_text())["found"]
+    first = lines.index("standard errors of the entries, residual of the row") + 1
+    told = [line.split()[1:5] for line in lines[first : first + 4]]
+    np.testing.assert_allclose(
+        np.array(told, float), found["standard_error"], rtol=0.06
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("", "line 1: the header must be m5,m6"),
         ("a,b\n1,2\n", "line 1: the header"),
-        (",".join(HEADER) + "\n1,2,3,4,5,6,7,x\n", "line 2: something is no number"),
+        (",".join(HEADER) + "\n1,2,3,4,5,6,7,x\n", "line 2: q8 = 'x' is no finite"),
+        (",".join(HEADER) + "\n1,2,nan,4,5,6,7,8\n", "line 2: m7 = 'nan' is no finite"),
+        (",".join(HEADER) + "\n1,2,3,4,5,6,7,8\n1,2,3,4,5,6,7,\n", "line 3: q8 = ''"),
+        (",".join(HEADER) + "\n1,2,3,1e999,5,6,7,8\n", "line 2: m8 = '1e999'"),
+        (",".join(HEADER) + "\n1,2,3,4,5,6,1e160,8\n", "line 2: q7 = 1e160: readings"),
+        (",".join(HEADER) + "\n\n1,2,3,4,5,6,7,8\n", "line 2: 1 numbers, not 8"),
         (",".join(HEADER) + "\n1,2,3\n", "line 2: 3 numbers, not 8"),
         (",".join(HEADER) + "\n", "0 samples"),
     ],
@@ -124,6 +159,9 @@ def test_a_bad_series_is_one_line(text, message, tmp_path):
             "--series is for `borecheck crane",
         ),
         (("coupling", "--pictures", "."), "--pictures is for"),
+        (("coupling", "--series", "x.csv", "--count", "500"), "--count is for simul"),
+        (("coupling", "--series", "x.csv", "--seed", "1"), "--seed is for simulated"),
+        (("control", "--pictures", ".", "--out", "angle.svg"), "name the same file"),
         (("control", "--pictures", "no/such"), "no such directory"),
         (("coupling", "--series", "no/such.csv"), "cannot be read"),
     ],

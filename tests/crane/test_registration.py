@@ -202,16 +202,22 @@ def test_check_takes_the_covariance():
     )
 
 
+def told(a, b):
+    """Why points are refused, or nothing."""
+    try:
+        register(a, b)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
 @pytest.mark.parametrize("scale", [1e-3, 1e-2, 0.1, 1.0, 10.0])
 def test_only_lines_are_called_lines(scale):
     """Whatever the misfit, a cloud as wide as long is none; a needle's row is one."""
     rng = np.random.default_rng(13)
     for _ in range(50):
         b = CLOUD[rng.permutation(8)] + rng.normal(scale=scale * 0.01, size=(8, 3))
-        try:
-            register(CLOUD, b)
-        except ValueError as error:
-            assert "line" not in str(error)
+        assert "line" not in told(CLOUD, b)
     for _ in range(50):
         row = np.outer(np.sort(rng.uniform(0.0, 0.2, 8)), [0.6, 0.0, 0.8])
         noise = scale * 1e-4

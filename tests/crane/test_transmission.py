@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crane.encoders import JOINT_STEP, rounded, simulated_series
+from crane.encoders import JOINT_STEP, MOTOR_STEP, rounded, simulated_series
 from crane.transmission import CABLE, Transmission, identify, transmission
 
 TRUE = np.array(CABLE)
@@ -142,3 +142,85 @@ def test_a_joint_that_never_moves_is_no_coupling(reading):
     joints[:, 0] = reading
     with pytest.raises(ValueError, match="q5 does not move"):
         identify(motors, joints)
+
+
+def read(m, cable=TRUE):
+    """What encoders read of motors [rad] and of the joints they move."""
+    steps = JOINT_STEP * np.array([1.0, 1.0, 1.0, 6.35e-3])
+    return rounded(m, MOTOR_STEP), rounded(m @ np.asarray(cable).T, steps)
+
+
+@pytest.mark.parametrize("amplitude", [0.5, 1.0, 5.0])
+@pytest.mark.parametrize("motor", range(4))
+def test_a_motor_that_flickers_has_moved_nothing(motor, amplitude):
+    """Its spread is that of its own rounding, whatever the number of samples."""
+    rng = np.random.default_rng(7)
+    m = series(5000).motors.copy()
+    m[:, motor] = 0.7 + amplitude * MOTOR_STEP * rng.uniform(-1.0, 1.0, 5000)
+    with pytest.raises(ValueError, match=f"m{5 + motor} stands still: it moves by"):
+        identify(*read(m))
+
+
+def test_noise_on_a_motor_that_stands_still_is_no_motion():
+    """Finer than any step of an encoder: the joint does not follow it."""
+    rng = np.random.default_rng(8)
+    s = series(2000)
+    for noise in (1e-12, 1e-5, 1e-3):
+        m = s.motors.copy()
+        m[:, 0] = noise * rng.normal(size=2000)
+        q = rounded(rng.normal(scale=3e-4, size=(2000, 4)) + m @ TRUE.T, JOINT_STEP)
+        with pytest.raises(ValueError, match=r"m5 stands still|q5 does not follow m5"):
+            identify(m, q)
+
+
+def test_a_joint_that_flickers_does_not_follow():
+    rng = np.random.default_rng(9)
+    motors, joints = (np.array(v) for v in (series(2000).motors, series(2000).joints))
+    joints[:, 1] = 0.3 + JOINT_STEP * rng.integers(0, 2, 2000)
+    with pytest.raises(ValueError, match="q6 does not follow m6"):
+        identify(motors, joints)
+
+
+def test_small_motions_in_step_are_in_step_all_the_same():
+    """What of one the other does not explain is rounding, however little both move."""
+    m = series(5000).motors.copy()
+    m[:, 0] *= 40.0 * MOTOR_STEP / np.ptp(m[:, 0])
+    m[:, 1] = -m[:, 0]
+    with pytest.raises(ValueError, match="m5 and m6 are driven in step"):
+        identify(*read(m))
+
+
+def test_poses_held_one_after_another_are_a_series():
+    """A motor that stands in few places shows no small steps, and has moved far."""
+    rng = np.random.default_rng(10)
+    m = rng.choice([-1.0, -0.5, 0.0, 0.5, 1.0], (200, 4))
+    found = identify(m, m @ TRUE.T)
+    np.testing.assert_allclose(found.cable, TRUE, atol=1e-12)
+    assert found.above_diagonal() == ()
+
+
+@pytest.mark.parametrize(("i", "j"), [(0, 1), (1, 3), (2, 3)])
+def test_an_entry_above_the_diagonal_is_told(i, j):
+    C = TRUE.copy()
+    C[i, j] = 0.01 * TRUE[i, i]
+    for bits in (False, True):
+        s = series(5000, cable=C, bits=bits)
+        ((joint, motor, entry, ratio),) = identify(s.motors, s.joints).above_diagonal()
+        assert (joint, motor) == (f"q{5 + i}", f"m{5 + j}")
+        assert entry == pytest.approx(C[i, j], rel=0.05)
+        assert ratio > 6.0
+
+
+def test_nothing_is_told_above_the_diagonal_of_true_series():
+    for seed in range(20):
+        for bits in (False, True):
+            s = series(2000, seed, bits=bits)
+            assert identify(s.motors, s.joints).above_diagonal() == ()
+
+
+@pytest.mark.parametrize("size", [1e160, 1e305, 1e-160, 1e-320])
+def test_numbers_beyond_all_units_are_refused(size):
+    s = series(100, bits=False)
+    for scaled in ((s.motors * size, s.joints), (s.motors, s.joints * size)):
+        with pytest.raises(ValueError, match=r"readings are in rad|still|not move"):
+            identify(*scaled)
