@@ -54,9 +54,12 @@ def finite(name: str, value: str | float) -> float:
     Raises:
         ValueError: It is no finite number.
     """
-    read = float(value)
+    try:
+        read = float(value)
+    except ValueError:
+        read = math.nan
     if not math.isfinite(read):
-        raise ValueError(f"{name} = {value!r} is not finite")
+        raise ValueError(f"{name} = {value!r} is no finite number")
     return read
 
 

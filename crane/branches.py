@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crane.dimensions import Dimensions, from_arguments
+from crane.refusals import refuse_no_numbers, unit
 
 Array = NDArray[np.float64]
 
@@ -152,34 +153,6 @@ def finished(
     x7 = times(np.sin(q7), x6) + times(np.cos(q7), z6)
     p5 = p8 - times(d.d8 + q8, n) - d.a8 * x7 - d.d7 * z7 - d.a7 * x6 - d.a6 * x5
     return np.stack([-p5[..., 1], p5[..., 2], p5[..., 0], q4, q5, q6, q7, q8], -1)
-
-
-def unit(directions: ArrayLike) -> Array:
-    """Directions (..., 3) with their length taken away.
-
-    Raises:
-        ValueError: A number is not finite, or one has no length.
-    """
-    n = np.asarray(directions, dtype=np.float64)
-    if n.shape[-1:] != (3,):
-        raise ValueError(f"a direction is x, y, z, not {n.shape}")
-    refuse_no_numbers(direction=n)
-    if not n.any(axis=-1).all():
-        raise ValueError("the needle direction has no length")
-    # by a power of two: squares of the least and the greatest numbers are none
-    n = np.ldexp(n, -np.frexp(np.abs(n).max(axis=-1, keepdims=True))[1])
-    return np.asarray(n / np.linalg.norm(n, axis=-1, keepdims=True))
-
-
-def refuse_no_numbers(**values: ArrayLike) -> None:
-    """Refuses what is no number.
-
-    Raises:
-        ValueError: Names the first.
-    """
-    for name, value in values.items():
-        if not np.isfinite(value).all():
-            raise ValueError(f"{name} holds a number that is not finite: {value!r}")
 
 
 def times(by: Array, v: Array) -> Array:

@@ -51,6 +51,9 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
 
 ANGLES = ("q4", "q5", "q6", "q7")
 
+# The longest needle, 250 mm, less 90 mm for the two clutches; assumed.
+MOST_AHEAD = 0.16
+
 _PLACE = ("base_x", "base_y", "base_z", "base_yaw")
 ARGUMENTS = (*_PLACE, "needle_ahead")
 
@@ -67,14 +70,17 @@ def from_arguments(
         perturbed: Added to single dimensions by name, to show that each is seen.
 
     Raises:
-        ValueError: An argument that does not exist or holds no finite number.
+        ValueError: An argument that does not exist or holds no finite number, or a
+            needle that no guide holds.
     """
     closed_form.refuse_unknown(arguments, ARGUMENTS)
     values = {
         name: finite(name, arguments[name]) for name in _PLACE if name in arguments
     }
     if "needle_ahead" in arguments:
-        values["ahead"] = finite("needle_ahead", arguments["needle_ahead"])
+        ahead = values["ahead"] = finite("needle_ahead", arguments["needle_ahead"])
+        if not 0.0 <= ahead <= MOST_AHEAD:
+            raise ValueError(f"needle_ahead = {ahead!r} is not 0 to {MOST_AHEAD} m")
     return closed_form.moved(Dimensions(**values), perturbed)
 
 

@@ -19,13 +19,12 @@ from crane.branches import (
     FREE,
     finished,
     q4_roots,
-    refuse_no_numbers,
     room,
     seen_from_base,
     times,
-    unit,
 )
 from crane.dimensions import ANGLES, LIMITS, Dimensions, from_arguments
+from crane.refusals import refuse_no_numbers, unit
 
 Array = NDArray[np.float64]
 

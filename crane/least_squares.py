@@ -61,6 +61,21 @@ class Settings:
     damping: float = 1e-2
     pull: float = 0.0
 
+    def __post_init__(self) -> None:
+        """Refuses numbers with which nothing is found, or which never end.
+
+        Raises:
+            ValueError: There is one.
+        """
+        for name in ("position", "angle", "length", "damping"):
+            value = getattr(self, name)
+            if not 0.0 < value < np.inf:
+                raise ValueError(f"{name} = {value!r} must be positive and finite")
+        if not 0.0 <= self.pull < np.inf:
+            raise ValueError(f"pull = {self.pull!r} is not 0 or more")
+        if not self.steps >= 1 or self.steps != int(self.steps):
+            raise ValueError(f"steps = {self.steps!r}: a whole number from 1 up")
+
 
 PAPER = Settings()
 TIGHT = Settings(position=1e-10, angle=1e-10)
@@ -155,14 +170,12 @@ def solve(
             `settings.pull`.
 
     Raises:
-        ValueError: A number is not finite, a start is beyond limits, or the axes at a
-            start are opposite to their target's.
+        ValueError: A number is not finite, a shape is another, a start is beyond
+            limits, or the axes at a start are opposite to their target's.
     """
     targets, q = _checked(chain, targets, starts)
     state = _State.begin(chain, targets, q, settings)
-    free = np.ones(q.shape[1], dtype=bool)
-    free[list(held)] = False
-    pull_to = None if preferred is None else np.asarray(preferred, float)
+    free, pull_to = _free(q.shape[1], held), _wanted(q.shape[1], preferred)
     for _ in range(settings.steps):
         open_ = np.flatnonzero(~state.converged & ~state.stalled)
         if len(open_) == 0:
@@ -302,15 +315,43 @@ def _checked(
     chain: Chain, targets: ArrayLike, starts: ArrayLike
 ) -> tuple[Array, Array]:
     T, q = np.asarray(targets, float), np.asarray(starts, float)
-    if T.ndim == 2:
-        T = T[None]
-    if q.ndim == 1:
-        q = q[None]
+    T, q = T[None] if T.ndim == 2 else T, q[None] if q.ndim == 1 else q
+    if T.ndim != 3 or T.shape[1:] != (4, 4) or q.ndim != 2:
+        raise ValueError(
+            f"targets {T.shape} must be (n, 4, 4) or (4, 4), starts {q.shape} (n, dof) "
+            "or (dof,)"
+        )
     n = max(len(T), len(q))
+    if {len(T), len(q)} - {1, n}:
+        raise ValueError(f"{len(T)} targets and {len(q)} starts are not as many")
     T = np.broadcast_to(T, (n, 4, 4))
     q = np.array(np.broadcast_to(q, (n, q.shape[1])))
     if not (np.isfinite(T).all() and np.isfinite(q).all()):
         raise ValueError("a target or a start is not finite")
+    for side, limit in (("lower", chain.lower), ("upper", chain.upper)):
+        if limit is not None and np.shape(limit) != q.shape[1:]:
+            raise ValueError(
+                f"{side} limits {np.shape(limit)} are not those of {q.shape[1]} joints"
+            )
     if not np.array_equal(_clamped(chain, q), q):
         raise ValueError("a start is beyond the limits")
     return T, q
+
+
+def _free(dof: int, held: Sequence[int]) -> Mask:
+    """Which joints are not held, (dof,)."""
+    wrong = [joint for joint in held if not 0 <= joint < dof]
+    if wrong:
+        raise ValueError(f"held joint {wrong[0]}: there are 0 to {dof - 1}")
+    free = np.ones(dof, dtype=bool)
+    free[list(held)] = False
+    return free
+
+
+def _wanted(dof: int, preferred: ArrayLike | None) -> Array | None:
+    if preferred is None:
+        return None
+    q = np.asarray(preferred, float)
+    if q.shape != (dof,) or not np.isfinite(q).all():
+        raise ValueError(f"preferred {q.shape} is not ({dof},) finite numbers")
+    return q

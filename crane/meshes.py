@@ -17,7 +17,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.plugin import TriangleMesh
+from borecheck.plugin import BorecheckError, TriangleMesh
 from borecheck_models.shapes import Detail, box, cylinder, joined, lofted, revolved
 
 Array = NDArray[np.float64]
@@ -33,6 +33,7 @@ GUIDE = 0.02  # Table IV, row 8: the end of the guide bushing
 
 NEEDLE_RADIUS = 0.915e-3  # 15 gauge, section VI-B2
 NEEDLE_POINT = 3e-3  # length of the needle's point, assumed
+CLUTCHES = 0.09  # of the needle behind frame 8, for the two clutches, assumed
 FLOOR = -0.998  # 2 mm above the floor, 1 m below the isocentre, assumed
 RAIL_HEIGHT = -0.262  # of the couch's side rails below the isocentre, assumed
 
@@ -76,10 +77,14 @@ def build(level: str, arguments: Mapping[str, str]) -> dict[str, TriangleMesh]:
 
     Returns:
         Mesh by file stem, which is the link's name; closed, outward, [m].
+
+    Raises:
+        BorecheckError: A needle that the guide and its clutches cannot hold.
     """
     detail = LEVELS[level]
     length = float(arguments["needle_length"])
     ahead = float(arguments["needle_ahead"])
+    _refuse_needle(length, ahead)
     stage: dict[str, tuple[str, Callable[[Detail], list[TriangleMesh]]]] = {
         "trolley": ("1", _trolley),
         "mast": ("2", _mast),
@@ -100,6 +105,19 @@ def build(level: str, arguments: Mapping[str, str]) -> dict[str, TriangleMesh]:
         name: joined(name, bodies).moved(_turned_into(frame))
         for name, (frame, bodies) in parts.items()
     }
+
+
+def _refuse_needle(length: float, ahead: float) -> None:
+    """What the xacro file refuses too, before a mesh is made of it."""
+    if not 0.1 <= length <= 0.25:
+        raise BorecheckError(
+            f"argument needle_length={length:g}: it must lie between 0.1 and 0.25 m"
+        )
+    if not 0.0 <= ahead <= length - CLUTCHES:
+        raise BorecheckError(
+            f"argument needle_ahead={ahead:g}: of a needle of {length:g} m it is 0 to "
+            f"{length - CLUTCHES:.3g} m, as two clutches hold {CLUTCHES} m"
+        )
 
 
 def _turned_into(frame: str) -> Array:

@@ -28,8 +28,9 @@ THIN = 0.1
 SCALED = 1.5
 # Points as near as this coincide; as far as this no scanner or tracker sees, [m].
 NEAREST, FARTHEST = 1e-9, 1e6
-# A mirror image that fits this much better is no matter of noise.
-MIRRORED = 0.2
+# A mirror image that fits this much better is no matter of noise: noisy slabs of five
+# points and more, as thick as their noise or thinner, do not come so far.
+MIRRORED = 0.5
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,9 +13,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck_models.closed_form import number
+from borecheck_models.closed_form import number, values
 from crane.dimensions import LIMITS
 from crane.kinematics import forward
+from crane.refusals import refuse_no_numbers, refuse_unless_positive, unit
 
 Array = NDArray[np.float64]
 
@@ -37,6 +38,16 @@ class Mechanics:
     load: float = number(5.0, "section III-A3: 5 N")
     dial: float = number(0.03e-3, "section III-A3: resolution of the dial indicator")
     trials: float = number(5.0, "section III-A3: across 5 trials")
+
+    def __post_init__(self) -> None:
+        """Refuses numbers of which no arm is made.
+
+        Raises:
+            ValueError: One is not finite or not positive, or the tube has no wall.
+        """
+        refuse_unless_positive(**values(self))
+        if not self.inner < self.outer:
+            raise ValueError(f"a tube {self.outer} m wide has no bore of {self.inner}")
 
 
 # Diameter of the capstan that ends each joint's cable, [m]: a public precursor's, as
@@ -94,24 +105,54 @@ class Rating:
 def cable_stretch(
     force: ArrayLike, length: ArrayLike, area: ArrayLike, modulus: ArrayLike
 ) -> Array:
-    """DL = F L / (A E), [m]; eq. (1)."""
+    """DL = F L / (A E), [m]; eq. (1).
+
+    Raises:
+        ValueError: A number is not finite; a length, area or modulus not positive.
+    """
+    refuse_no_numbers(force=force)
+    refuse_unless_positive(length=length, area=area, modulus=modulus)
     stiff = np.asarray(area, float) * np.asarray(modulus, float)
     return np.asarray(np.asarray(force, float) * np.asarray(length, float) / stiff)
 
 
 def joint_deflection(stretch: ArrayLike, diameter: ArrayLike) -> Array:
-    """Dtheta = 2 dL / D, [rad], D of the capstan that ends the cable; eq. (2)."""
+    """Dtheta = 2 dL / D, [rad], D of the capstan that ends the cable; eq. (2).
+
+    Raises:
+        ValueError: A number is not finite, or a diameter not positive.
+    """
+    refuse_no_numbers(stretch=stretch)
+    refuse_unless_positive(diameter=diameter)
     return np.asarray(2.0 * np.asarray(stretch, float) / np.asarray(diameter, float))
 
 
 def series(*stiffness: float) -> float:
-    """1/k = 1/k_1 + 1/k_2 + ...; eq. (3). A part may be rigid (infinite)."""
-    give = sum(1.0 / k for k in stiffness)
-    return 1.0 / give if give > 0.0 else float("inf")
+    """1/k = 1/k_1 + 1/k_2 + ...; eq. (3).
+
+    A part may be rigid (infinite), or give way to anything (0): so does the whole then.
+
+    Raises:
+        ValueError: A stiffness is negative or no number.
+    """
+    if not all(k >= 0.0 for k in stiffness):
+        raise ValueError(f"a stiffness of {min(stiffness)!r} is none: {stiffness}")
+    if 0.0 in stiffness:
+        return 0.0
+    least = min(stiffness, default=float("inf"))
+    if least == float("inf"):
+        return least
+    # in parts of the softest: no quotient overflows
+    return least / sum(least / k for k in stiffness)
 
 
 def idler_load(tension: ArrayLike, wrap: ArrayLike) -> Array:
-    """F_n = 2 T sin(phi / 2), [N]: what presses on the bearing; eq. (4)."""
+    """F_n = 2 T sin(phi / 2), [N]: what presses on the bearing; eq. (4).
+
+    Raises:
+        ValueError: A number is not finite.
+    """
+    refuse_no_numbers(tension=tension, wrap=wrap)
     return np.asarray(
         2.0 * np.asarray(tension, float) * np.abs(np.sin(0.5 * np.asarray(wrap)))
     )
@@ -133,9 +174,12 @@ def rating(
         limits: Of the joints, [rad].
 
     Raises:
-        ValueError: The wrap would become negative: the cable leaves the pulley.
+        ValueError: The wrap would become negative: the cable leaves the pulley; or the
+            bearing bears nothing, or a limit is no number.
     """
+    refuse_unless_positive(bearing=bearing)
     low, high = limits[idler.joint]
+    refuse_no_numbers(lower=low, upper=high, wrap=idler.wrap)
     wraps = [idler.wrap + idler.sign * q for q in (low, high)]
     if min(wraps) < 0.0:
         raise ValueError(
@@ -219,8 +263,15 @@ def compliance(
     Returns:
         (6, 6) of the tube and (6, 6) of the cables, in axes of I at the frame's origin:
         shift and turn by force [N] and moment [Nm]. Their sum is the whole.
+
+    Raises:
+        ValueError: q is not eight finite numbers.
     """
-    T = forward(np.asarray(q, float))
+    q = np.asarray(q, float)
+    if q.shape != (8,):
+        raise ValueError(f"a configuration is q1..q8, (8,), not {q.shape}")
+    refuse_no_numbers(q=q)
+    T = forward(q)
     point = T[frame][:3, 3]
     lever = np.eye(6)
     lever[:3, 3:] = -_cross(point - T["4"][:3, 3])
@@ -270,12 +321,9 @@ def load_test(
         mechanics: The numbers, the load among them.
 
     Raises:
-        ValueError: The direction has no length.
+        ValueError: The direction has no length or is not finite, or q is none.
     """
-    f = np.asarray(direction, float)
-    if not np.linalg.norm(f) > 0.0:
-        raise ValueError("the load has no direction")
-    f = f / np.linalg.norm(f)
+    f = unit(direction)
     tube, cables = compliance(q, mechanics)
     link, cable = float(f @ tube[:3, :3] @ f), float(f @ cables[:3, :3] @ f)
     whole = series(1.0 / link, 1.0 / cable) if cable > 0.0 else 1.0 / link

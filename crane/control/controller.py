@@ -29,6 +29,19 @@ class Gains:
     damping: float = 1e-6
     feed_forward: bool = field(default=False)
 
+    def __post_init__(self) -> None:
+        """Refuses what is no gain; a loop beyond its limit may be wanted, and swings.
+
+        Raises:
+            ValueError: A gain is negative or not finite, or K_ee is no (n,).
+        """
+        for name in ("K_ee", "K_null", "damping"):
+            value = np.asarray(getattr(self, name), float)
+            if not (np.isfinite(value).all() and (value >= 0.0).all()):
+                raise ValueError(f"{name} = {getattr(self, name)!r} is no gain")
+        if np.ndim(self.K_ee) > 1:
+            raise ValueError(f"K_ee {np.shape(self.K_ee)}: one number, or (n,)")
+
 
 def updated(
     q_sp: Array,

@@ -14,6 +14,7 @@ from crane.control.controller import Gains, updated
 from crane.control.plant import PERFECT, Plant, followed
 from crane.kinematics import forward, jacobian
 from crane.least_squares import TIGHT, Chain, needle_error, solve
+from crane.refusals import refuse_no_numbers
 from crane.transmission import transmission
 
 Array = NDArray[np.float64]
@@ -54,12 +55,14 @@ def closed_loop(
         gains: K_ee may differ from loop to loop.
         delay: Periods by which the tracker is late; one number, or (n,).
         rng: Of the tracker's noise.
+
+    Raises:
+        ValueError: Poses, configurations, delays or gains that are none, or not as many
+            as each other.
     """
-    n = max(np.size(gains.K_ee), np.size(delay), len(np.atleast_2d(q0)))
-    late = np.broadcast_to(np.asarray(delay), (n,))
-    q_sp = np.tile(np.atleast_2d(np.asarray(q0, float))[:1], (n, 1))
-    if len(np.atleast_2d(q0)) == n:
-        q_sp = np.array(np.atleast_2d(q0), float)
+    targets = poses(targets)
+    q_sp, late = _side_by_side(q0, gains, delay)
+    n = len(q_sp)
     preferred, rows = q_sp.copy(), np.arange(n)
     steps = len(targets) - 1
     seen = np.zeros((steps, n, 4, 4))
@@ -80,8 +83,11 @@ def open_loop(plant: Plant, targets: Array, q0: ArrayLike) -> Run:
         plant: The arm; at `q0` its joints and its encoders were zeroed.
         targets: (steps + 1, 4, 4).
         q0: Where it begins, (8,).
+
+    Raises:
+        ValueError: Poses or a configuration that are none.
     """
-    q0 = np.asarray(q0, float)
+    targets, q0 = poses(targets), begun_at(q0)
     wanted = ideal(targets[:-1], q0)
     ideal_C, true_C = transmission(), plant.true_coupling()
     pulled = true_C.joints(ideal_C.motors(wanted - q0)) + q0
@@ -101,6 +107,54 @@ def ideal(targets: Array, q0: ArrayLike) -> Array:
     follow = Gains(K_ee=1.0, feed_forward=True)
     near = closed_loop(PERFECT, np.append(targets, targets[-1:], 0), begun, follow)
     return solve(chain, targets, near.q[:, 0], TIGHT).q  # close by: the same arm
+
+
+def poses(targets: ArrayLike) -> Array:
+    """Targets, once it is sure that they are such.
+
+    Raises:
+        ValueError: They are not (steps + 1, 4, 4) finite numbers, of one step at least.
+    """
+    T = np.asarray(targets, float)
+    if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 2:
+        raise ValueError(
+            f"targets {T.shape} must be (steps + 1, 4, 4), one step or more"
+        )
+    refuse_no_numbers(targets=T)
+    return T
+
+
+def begun_at(q0: ArrayLike) -> Array:
+    """A configuration (8,), once it is sure that it is one.
+
+    Raises:
+        ValueError: It is not.
+    """
+    q = np.asarray(q0, float)
+    if q.shape != (8,):
+        raise ValueError(f"q0 {q.shape} must be (8,)")
+    refuse_no_numbers(q0=q)
+    return q
+
+
+def _side_by_side(
+    q0: ArrayLike, gains: Gains, delay: int | NDArray[np.int_]
+) -> tuple[Array, NDArray[np.int_]]:
+    """Beginnings (n, 8) and delays (n,) of all loops."""
+    q = np.atleast_2d(np.asarray(q0, float))
+    if q.ndim != 2 or q.shape[1] != 8 or len(q) == 0:
+        raise ValueError(f"q0 {np.shape(q0)} must be (8,) or (n, 8)")
+    refuse_no_numbers(q0=q)
+    late = np.atleast_1d(np.asarray(delay))
+    if late.ndim != 1 or late.dtype.kind not in "iu" or (late < 0).any():
+        raise ValueError(f"delay = {delay!r}: whole periods, 0 or more")
+    many = (len(q), len(late), np.size(gains.K_ee))
+    n = max(many)
+    if set(many) - {1, n}:
+        raise ValueError(
+            "{} beginnings, {} delays and {} gains are not as many".format(*many)
+        )
+    return np.array(np.broadcast_to(q, (n, 8))), np.broadcast_to(late, (n,))
 
 
 def as_run(placed: Array, q: Array, targets: Array) -> Run:

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from crane.control.controller import Gains, updated
 from crane.control.filter import PERIOD, WEIGHT, ComplementaryFilter
-from crane.control.loop import Run, as_run
+from crane.control.loop import Run, as_run, begun_at, poses
 from crane.control.plant import Plant, followed
 from crane.encoders import CAPSTAN, JOINT_STEP, rounded
+from crane.refusals import refuse_unless_positive
 from crane.transmission import transmission
 
 Array = NDArray[np.float64]
@@ -34,6 +35,16 @@ class Motors:
     bandwidth: float = 2.0 * float(np.pi) * 30.0
     damping: float = 1.0
     ticks: int = 50
+
+    def __post_init__(self) -> None:
+        """Refuses what is no PD.
+
+        Raises:
+            ValueError: A number is not positive or not finite.
+        """
+        refuse_unless_positive(
+            bandwidth=self.bandwidth, damping=self.damping, ticks=self.ticks
+        )
 
 
 def sampled_loop(
@@ -56,9 +67,15 @@ def sampled_loop(
         motors: The PD.
         rounding: Whether joint encoders have 14 bits.
         rng: Of the tracker's noise.
+
+    Raises:
+        ValueError: Poses or a configuration that are none, or gains of several loops.
     """
-    drive = _Drive.at_rest(plant, np.asarray(q0, float), motors, rounding)
-    q_sp = np.atleast_2d(np.asarray(q0, float))
+    targets, q0 = poses(targets), begun_at(q0)
+    if np.size(gains.K_ee) != 1:
+        raise ValueError(f"K_ee {np.shape(gains.K_ee)}: motors are those of one loop")
+    drive = _Drive.at_rest(plant, q0, motors, rounding)
+    q_sp = q0[None]
     preferred = q_sp[0].copy()
     placed, qs = [], []
     for k in range(len(targets) - 1):

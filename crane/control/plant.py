@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck_models.closed_form import number
+from borecheck_models.closed_form import number, values
 from crane.kinematics import forward, space_jacobian
 from crane.transmission import Transmission, transmission
 from crane.turning import turns
@@ -28,6 +28,20 @@ class Plant:
     coupling: float = number(0.02, "assumed: C_cable's entries are off by this part")
     tracker_shift: float = number(0.0, "rms length of its noise, none by default")
     tracker_turn: float = number(0.0, "rms angle of its noise, none by default")
+
+    def __post_init__(self) -> None:
+        """Refuses numbers of which no plant is made.
+
+        Raises:
+            ValueError: There is one.
+        """
+        for name, value in values(self).items():
+            stiff = name in ("link", "joint")  # may be rigid: infinite
+            least_is_none = stiff or name == "free_length"
+            if not (value > 0.0 if least_is_none else value >= 0.0) or not (
+                stiff or np.isfinite(value)
+            ):
+                raise ValueError(f"{name} = {value!r} is none of a plant's")
 
     def true_coupling(self) -> Transmission:
         """C of the arm: later joints move 2 % more, the coupling is 2 % less."""

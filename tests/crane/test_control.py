@@ -20,7 +20,7 @@ from crane.control.laws import (
     noise_gain,
 )
 from crane.control.loop import closed_loop, ideal, open_loop
-from crane.control.motors import sampled_loop
+from crane.control.motors import Motors, sampled_loop
 from crane.control.plant import PERFECT, Plant, followed
 from crane.control.trajectory import AHEAD, ANGLE, cone, held, path_per_step
 from crane.kinematics import forward
@@ -182,3 +182,59 @@ def test_motors_at_1_khz_do_as_the_settled_loop():
     motors = sampled_loop(Plant(), targets, q0, Gains(), rounding=False)
     mine, theirs = motors.position[40:].mean(), settled.position[40:].mean()
     assert mine == pytest.approx(theirs, rel=0.05)
+
+
+POSE = np.tile(np.eye(4), (5, 1, 1))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"targets": np.eye(4)}, r"targets \(4, 4\) must be \(steps \+ 1, 4, 4\)"),
+        ({"targets": POSE[:1]}, "one step or more"),
+        ({"targets": POSE * np.nan}, "targets .*not finite"),
+        ({"q0": np.zeros(7)}, r"q0 \(7,\)"),
+        ({"q0": np.full(8, np.inf)}, "q0 .*not finite"),
+        ({"q0": np.zeros((2, 8)), "delay": np.arange(3)}, "2 beginnings, 3 delays"),
+        ({"delay": -1}, "whole periods"),
+        ({"delay": 0.5}, "whole periods"),
+    ],
+)
+def test_what_is_no_loop_is_refused(change, message):
+    asked = {"plant": Plant(), "targets": POSE, "q0": START, "gains": Gains()}
+    with pytest.raises(ValueError, match=message):
+        closed_loop(**asked | change)
+    if "delay" not in change:
+        with pytest.raises(ValueError, match=message):
+            sampled_loop(**asked | change)
+        with pytest.raises(ValueError, match=message):
+            open_loop(asked["plant"], **{"targets": POSE, "q0": START} | change)
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (lambda: Gains(K_ee=np.nan), "K_ee = nan is no gain"),
+        (lambda: Gains(K_ee=np.array([0.1, -0.1])), "is no gain"),
+        (lambda: Gains(K_ee=np.zeros((2, 2))), "one number"),
+        (lambda: Gains(damping=np.inf), "damping"),
+        (lambda: Plant(link=0.0), "link = 0.0"),
+        (lambda: Plant(load=np.nan), "load = nan"),
+        (lambda: Plant(play=-1e-3), "play"),
+        (lambda: Motors(ticks=0), "ticks"),
+        (lambda: Motors(bandwidth=np.nan), "bandwidth"),
+        (lambda: cone(np.eye(4), 0), "steps = 0"),
+        (lambda: path_per_step(steps=0), "steps = 0"),
+        (lambda: cone(np.eye(4), ahead=np.inf), "ahead"),
+        (lambda: held(np.eye(4), -2), "steps = -2"),
+    ],
+)
+def test_what_is_no_arm_and_no_gain_is_refused(made, message):
+    with pytest.raises(ValueError, match=message):
+        made()
+
+
+def test_a_rigid_arm_is_an_arm():
+    plant = replace(Plant(), link=np.inf, joint=np.inf)
+    T = plant.placement(np.array(START)[None])
+    np.testing.assert_allclose(T[0], forward(START)["8"], atol=1e-15)

@@ -156,7 +156,12 @@ def test_every_number_has_its_source():
     ("arguments", "message"),
     [
         ({"base_w": 1.0}, "unknown argument 'base_w'"),
-        ({"base_x": "nan"}, "base_x = 'nan' is not finite"),
+        ({"base_x": "nan"}, "base_x = 'nan' is no finite number"),
+        ({"base_y": "5 mm"}, "base_y = '5 mm' is no finite number"),
+        ({"base_yaw": 1e999}, "base_yaw = inf is no finite number"),
+        ({"needle_ahead": 0.17}, "needle_ahead = 0.17 is not 0 to 0.16 m"),
+        ({"needle_ahead": "-1e-3"}, "needle_ahead = -0.001 is not 0 to"),
+        ({"needle_ahead": 1e160}, "needle_ahead = 1e.160 is not 0 to"),
     ],
 )
 def test_wrong_arguments_are_named(arguments, message):

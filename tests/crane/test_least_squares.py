@@ -1,6 +1,7 @@
 """The paper's iteration: its error, other chains, limits, the closed form beside."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -209,3 +210,37 @@ def test_what_is_no_start_is_refused(start, message):
     q[0] = start
     with pytest.raises(ValueError, match=message):
         solve(LIMITED, T, q)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"targets": np.eye(3)}, r"targets .* must be \(n, 4, 4\)"),
+        ({"targets": np.tile(np.eye(4), (3, 1, 1))}, "3 targets and 2 starts"),
+        ({"targets": np.eye(4) * np.nan}, "not finite"),
+        ({"starts": 0.0}, "starts"),
+        ({"held": (8,)}, "held joint 8: there are 0 to 7"),
+        ({"held": (-1,)}, "held joint -1"),
+        ({"preferred": np.zeros(7)}, r"preferred \(7,\) is not \(8,\)"),
+        ({"preferred": np.full(8, np.nan)}, "finite numbers"),
+        ({"chain": replace(LIMITED, lower=np.zeros(7))}, "lower limits"),
+    ],
+)
+def test_what_is_no_problem_is_refused(change, message):
+    asked = {"chain": ENDLESS, "targets": np.eye(4), "starts": np.zeros((2, 8))}
+    with pytest.raises(ValueError, match=message):
+        solve(**asked | change)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *({"position": value} for value in (0.0, -1e-3, np.nan, np.inf)),
+        *({"angle": np.nan}, {"length": 0.0}, {"damping": -1.0}, {"pull": -0.1}),
+        *({"steps": 0}, {"steps": 1.5}, {"steps": -3}),
+    ],
+)
+def test_settings_that_find_nothing_are_refused(wrong):
+    (name,) = wrong
+    with pytest.raises(ValueError, match=f"{name} = "):
+        Settings(**wrong)

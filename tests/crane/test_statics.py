@@ -1,6 +1,6 @@
 """Stretch, stiffness and bearing loads: laws of elastic arms, and ranges looked at."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -159,6 +159,63 @@ def test_the_load_test_is_eq_3_in_one_direction():
     assert load_test(HOME, [0, 0, -1.0], RIGID_TUBE).link < 1e-15
 
 
-def test_a_load_without_direction_is_refused():
-    with pytest.raises(ValueError, match="no direction"):
-        load_test(HOME, [0.0, 0.0, 0.0])
+@pytest.mark.parametrize(
+    ("direction", "message"),
+    [
+        ([0.0, 0.0, 0.0], "no length"),
+        ([0.0, 0.0, np.inf], "not finite"),
+        ([np.nan, 0.0, 1.0], "not finite"),
+        ([0.0, 1.0], "x, y, z"),
+    ],
+)
+def test_a_load_without_direction_is_refused(direction, message):
+    with pytest.raises(ValueError, match=message):
+        load_test(HOME, direction)
+
+
+def test_only_the_direction_of_a_load_counts():
+    for length in (1e-320, 1e-160, 1e160, 1e308):
+        found = load_test(HOME, [0.0, length, 0.0])
+        assert found == load_test(HOME, [0.0, 1.0, 0.0])
+
+
+@pytest.mark.parametrize("q", [HOME[:7], HOME * np.nan, HOME + np.inf, HOME[None]])
+def test_what_is_no_configuration_has_no_stiffness(q):
+    with pytest.raises(ValueError, match=r"not finite|\(8,\)"):
+        load_test(q, [0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("name", [item.name for item in fields(Mechanics)])
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
+def test_an_arm_of_no_such_numbers_is_refused(name, value):
+    with pytest.raises(ValueError, match=f"{name} .*(not finite|must be positive)"):
+        replace(Mechanics(), **{name: value})
+
+
+def test_a_tube_has_a_wall():
+    with pytest.raises(ValueError, match="has no bore"):
+        replace(Mechanics(), inner=0.038)
+
+
+def test_a_part_without_stiffness_leaves_none():
+    assert series(0.0, 5.0) == 0.0
+    assert series(0.0, float("inf")) == 0.0
+    assert series(1e-310, 1e-310) == pytest.approx(0.5e-310)
+    assert series(1e308, 1e308) == pytest.approx(0.5e308)
+    for wrong in (-1.0, np.nan):
+        with pytest.raises(ValueError, match="is none"):
+            series(3.0, wrong)
+
+
+def test_no_cable_and_no_pulley_is_refused_by_name():
+    with pytest.raises(ValueError, match=r"area = 0\.0 must be positive"):
+        cable_stretch(1.0, 1.0, 0.0, 1e9)
+    with pytest.raises(ValueError, match=r"force .*not finite"):
+        cable_stretch(np.inf, 1.0, 1e-6, 1e9)
+    with pytest.raises(ValueError, match="diameter"):
+        joint_deflection(1e-3, [0.02, -0.02])
+    with pytest.raises(ValueError, match=r"wrap .*not finite"):
+        idler_load(1.0, np.nan)
+    for bearing in (0.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="bearing"):
+            rating(IDLERS[0], bearing)
