@@ -7,7 +7,7 @@ from borecheck.robots.described_names import check_names
 from borecheck.robots.description import Description
 from borecheck.robots.generated_meshes import mesh_folder
 from borecheck.robots.model import RobotModel
-from borecheck.robots.urdf.xacro.cache import expanded_text
+from borecheck.robots.urdf.expanded_text import expanded_text
 
 
 def complete_arguments(

@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 
 from borecheck.errors import BorecheckError
 from borecheck.robots.description import Description
+from borecheck.robots.urdf.expanded_text import expanded_text
 from borecheck.robots.urdf.reach import ANYWHERE
 from borecheck.robots.urdf.xacro import expand
-from borecheck.robots.urdf.xacro.cache import expanded_text
 
 # So many combinations of choices are looked at; each takes a tenth of a second once.
 MAX_COMBINATIONS = 64

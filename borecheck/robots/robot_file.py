@@ -8,8 +8,7 @@ from borecheck.errors import UnknownNameError, UsageError
 from borecheck.robots.description import installed_names
 from borecheck.robots.urdf.reach import NO_ROOTS, Roots
 from borecheck.robots.urdf.source import Source, read
-from borecheck.robots.urdf.text import read_bytes
-from borecheck.robots.urdf.xacro import expand, is_xacro
+from borecheck.robots.urdf.text import is_xacro, read_bytes
 
 _MESH = re.compile(r".*\.(stl|obj|ply|dae)([:@].*)?", re.I | re.S)  # as a scene has it
 _ORDER = "the robot comes first, then the scene"
@@ -76,6 +75,8 @@ def read_urdf(
         source = read(raw, str(path))
         odd = (f"{path}:{defect.line}: {defect.message}" for defect in source.defects)
         return source, tuple(odd)
+    from borecheck.robots.urdf.xacro import expand  # fifteen modules
+
     expanded = expand(path, arguments, roots)
     unused = tuple(f"argument {name} is not used by {path}" for name in expanded.unused)
     source = read(expanded.text, str(path), expanded.places)

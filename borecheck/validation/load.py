@@ -9,8 +9,7 @@ from borecheck.errors import UrdfError
 from borecheck.robots.urdf.rules.defect import Defect
 from borecheck.robots.urdf.rules.tree import too_deep
 from borecheck.robots.urdf.source import read
-from borecheck.robots.urdf.text import read_bytes
-from borecheck.robots.urdf.xacro import is_xacro
+from borecheck.robots.urdf.text import is_xacro, read_bytes
 from borecheck.validation.findings import Finding
 from borecheck.validation.options import Options
 from borecheck.validation.reading.checked_urdf import CheckedUrdf

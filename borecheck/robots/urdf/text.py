@@ -43,6 +43,11 @@ class SourceDefect(NamedTuple):
     message: str
 
 
+def is_xacro(path: Path) -> bool:
+    """Whether a file is to be expanded: its name says so, or nobody evaluates it."""
+    return path.suffix == ".xacro"
+
+
 def read_bytes(path: Path, roots: Roots = ANYWHERE) -> bytes:
     """The bytes of a file, refused with one line if that is not possible.
 

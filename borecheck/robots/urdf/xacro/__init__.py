@@ -5,6 +5,6 @@ with `names`, `methods`, `values`), files are read within reach only (`run`), an
 `xacro` package is held by `hooks` while it expands.
 """
 
-from borecheck.robots.urdf.xacro.expansion import Expanded, expand, is_xacro
+from borecheck.robots.urdf.xacro.expansion import Expanded, expand
 
-__all__ = ["Expanded", "expand", "is_xacro"]
+__all__ = ["Expanded", "expand"]

@@ -57,11 +57,6 @@ class Expanded:
     stray: tuple[str, ...] = ()
 
 
-def is_xacro(path: Path) -> bool:
-    """Whether a file is to be expanded: its name says so, or nobody evaluates it."""
-    return path.suffix == ".xacro"
-
-
 def expand(
     path: Path,
     arguments: Mapping[str, str] | None = None,

@@ -4,8 +4,8 @@ import pytest
 
 from borecheck.core.cache import cache_folder
 from borecheck.errors import UrdfError
+from borecheck.robots.urdf.expanded_text import expanded_text
 from borecheck.robots.urdf.xacro import expand
-from borecheck.robots.urdf.xacro.cache import expanded_text
 
 XACRO = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="stored">
   <xacro:include filename="part.xacro"/>

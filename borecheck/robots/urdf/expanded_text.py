@@ -10,7 +10,6 @@ from borecheck.core import cache
 from borecheck.core.private_folder import make_private
 from borecheck.errors import UrdfError
 from borecheck.robots.urdf.reach import ANYWHERE
-from borecheck.robots.urdf.xacro import expand
 
 _log = logging.getLogger(__name__)
 
@@ -36,6 +35,8 @@ def expanded_text(path: Path, arguments: Mapping[str, str]) -> str:
     stored = _read(file)
     if stored is not None:
         return stored
+    from borecheck.robots.urdf.xacro import expand  # fifteen modules, seldom needed
+
     expanded = expand(path, arguments, ANYWHERE)
     for name in expanded.unused:  # it would be believed to have an effect
         raise UrdfError(path, f"no <xacro:arg name={name!r}>", f"argument {name}")
