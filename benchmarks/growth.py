@@ -44,7 +44,7 @@ def measure(counts: tuple[int, ...] = COUNTS, repeats: int = 9) -> Growth:
         start = time.process_time()
         tree = MeshTree.of(gantry, cached=False)
         build.append(time.process_time() - start)
-        memory.append(_bytes(tree) / len(gantry.triangles))
+        memory.append(bytes_of(tree) / len(gantry.triangles))
         moving = MovingLinks.against(
             PackedTrees([MeshTree.of(mesh, cached=False) for mesh in links]),
             PackedTrees([tree]),
@@ -82,7 +82,8 @@ def _slope(sizes: list[int], taken: list[float]) -> float:
     return float(np.polyfit(np.log(sizes), np.log(taken), 1)[0])
 
 
-def _bytes(tree: MeshTree) -> int:
+def bytes_of(tree: MeshTree) -> int:
+    """What a tree holds in arrays."""
     return sum(
         value.nbytes for value in vars(tree).values() if isinstance(value, np.ndarray)
     )

@@ -4,6 +4,7 @@ Coal is asked with its default request and with `break_distance = 0`, which keep
 from opening boxes that are already apart; `gjk_tolerance` stays as it is unless said.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -80,6 +81,18 @@ class Coal:
             if coal.collide(item, self.standing, request, self.result):
                 return True
         return False
+
+    def one(self, k: int, transform: Any, request: Any) -> Callable[[], bool]:
+        """A call for one link: its object is moved, the result cleared."""
+        item, standing, result = self.objects[k], self.standing, self.result
+        collide = self._coal.collide
+
+        def call() -> bool:
+            item.setTransform(transform)
+            result.clear()
+            return bool(collide(item, standing, request, result))
+
+        return call
 
     def all_contacts(self, pose: Pose, request: Any) -> int:
         """How many triangle pairs are in contact."""

@@ -226,7 +226,7 @@ def pairs_of(
     link: str, obstacle: str, ids: NDArray[np.int64]
 ) -> tuple[TrianglePair, ...]:
     """Records from triangle numbers (k, 2)."""
-    return tuple(TrianglePair(link, obstacle, int(a), int(b)) for a, b in ids)
+    return tuple(TrianglePair(link, obstacle, a, b) for a, b in ids.tolist())
 
 
 def worst_of(verdicts: Sequence[str]) -> str:

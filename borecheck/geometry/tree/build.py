@@ -57,26 +57,33 @@ class TreeArrays:
 def build(corners: NDArray[np.float64]) -> TreeArrays:
     """The tree over triangles given by their corners, (m, 9), [m]."""
     points = corners.reshape(-1, 3, 3)
-    lower, upper = points.min(axis=1), points.max(axis=1)
     frame = frame_of(points)
-    centre = frame[:3]
-    infinity = F32(np.inf)
-    boxes = np.stack(
-        [
-            np.nextafter((lower - centre).astype(F32), -infinity),
-            np.nextafter((upper - centre).astype(F32), infinity),
-        ],
-        axis=1,
-    )
     order = np.arange(len(corners))
-    binary, children, first = _split_all(boxes, order)
-    nodes, depth = _widen(binary, children, first)
+    binary, children, first = _split_all(_boxes(points, frame[:3]), order)
+    # Pages of it that nothing is written to take no memory, and it is cut to size.
+    nodes = np.empty((len(binary) // 2 + 2, ROWS, WIDTH), F32)
+    used, depth = _widen(binary, children, first, nodes)
+    nodes.resize((used, ROWS, WIDTH), refcheck=False)
     return TreeArrays(nodes, order, frame, int(depth))
+
+
+def _boxes(
+    points: NDArray[np.float64], centre: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Boxes of triangles (m, 3, 3) about a centre, rounded outwards, (m, 2, 3)."""
+    boxes = np.empty((len(points), 2, 3), F32)
+    lower = (points.min(axis=1) - centre).astype(F32)
+    np.nextafter(lower, F32(-np.inf), out=boxes[:, 0])
+    upper = (points.max(axis=1) - centre).astype(F32)
+    np.nextafter(upper, F32(np.inf), out=boxes[:, 1])
+    return boxes
 
 
 def frame_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """`TreeArrays.frame` of triangles with these corners, (m, 3, 3)."""
-    bottom, top = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+    columns = points.reshape(-1, 3).T
+    bottom = np.array([column.min() for column in columns])
+    top = np.array([column.max() for column in columns])
     centre = 0.5 * bottom + 0.5 * top
     # A little more than the extent: the boxes are rounded outwards.
     extent = max((top - centre).max(), (centre - bottom).max()) * (1.0 + 1e-6)
@@ -91,10 +98,11 @@ def _split_all(boxes, order):  # type: ignore[no-untyped-def]
     below every node (k,).
     """
     n = len(order)
-    binary = np.zeros((2 * n, 2, 3), F32)
-    children = np.full((2 * n, 2), -1, np.int64)
-    first = np.zeros(2 * n, np.int64)
-    todo = np.zeros((n + 1, 4), np.int64)  # begin, end, node, depth
+    binary = np.empty((2 * n, 2, 3), F32)
+    children = np.full((2 * n, 2), -1, np.int32)
+    first = np.empty(2 * n, np.int32)
+    # One waits for every level: HEURISTIC_DEPTH of them, and as many as halvings.
+    todo = np.zeros((HEURISTIC_DEPTH + 64, 4), np.int64)  # begin, end, node, depth
     todo[0, 1] = n
     waiting = 1
     used = 1
@@ -231,12 +239,15 @@ def _partition(boxes, order, begin, end, centres, axis, cut):  # type: ignore[no
 
 
 @kernel
-def _widen(binary, children, first):  # type: ignore[no-untyped-def]
-    """Eight-wide nodes: the largest boxes below a node are opened until eight stand."""
-    count = len(binary) // 2 + 2
-    nodes = np.zeros((count, ROWS, WIDTH), F32)
+def _widen(binary, children, first, nodes):  # type: ignore[no-untyped-def]
+    """Eight-wide nodes: the largest boxes below a node are opened until eight stand.
+
+    Returns how many nodes there are, and how deep they stand.
+    """
     references = nodes.view(np.int32)
-    todo = np.zeros((count, 3), np.int64)  # binary node, wide node, depth
+    # Seven wait for every level, and a level here holds one of the binary tree or more.
+    levels = HEURISTIC_DEPTH + 64
+    todo = np.zeros((WIDTH * levels, 3), np.int64)  # binary node, wide node, depth
     _write_child(nodes, references, 0, 0, binary[0], ~first[0])
     _write_rest(nodes, references, 0, 1)
     used, waiting, deepest = 1, 0, 1
@@ -261,7 +272,7 @@ def _widen(binary, children, first):  # type: ignore[no-untyped-def]
                 used += 1
             _write_child(nodes, references, wide, slot, binary[child], reference)
         _write_rest(nodes, references, wide, k)
-    return nodes[:used].copy(), deepest
+    return used, deepest
 
 
 @kernel

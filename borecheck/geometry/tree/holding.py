@@ -78,10 +78,12 @@ def witnesses(mesh: TriangleMesh, known: Topology) -> NDArray[np.float64]:
     begins = np.flatnonzero(np.diff(known.component[order], prepend=-1))
     found = np.zeros((len(begins), WITNESSES, 3))
     for k, triangles in enumerate(np.split(order, begins[1:])):
-        corners = mesh.vertices[mesh.triangles[triangles]].reshape(-1, 3)
-        far = ((corners - corners.mean(axis=0)) ** 2).sum(axis=1).argmax()
-        extreme = [*corners.argmin(axis=0), *corners.argmax(axis=0), far]
-        found[k] = corners[[0, *extreme]]
+        whole = len(begins) == 1  # a large mesh is not copied for it
+        own = mesh.corners if whole else mesh.corners[triangles]
+        x, y, z = columns = own.reshape(-1, 3).T
+        far = ((x - x.mean()) ** 2 + (y - y.mean()) ** 2 + (z - z.mean()) ** 2).argmax()
+        extreme = [c.argmin() for c in columns] + [c.argmax() for c in columns]
+        found[k] = columns[:, [0, *extreme, far]].T
     return found
 
 

@@ -32,11 +32,21 @@ def checked_mesh(vertices: ArrayLike, triangles: ArrayLike) -> TriangleMesh:
     if ids.dtype.kind not in "iu":
         raise GeometryError(f"triangles are {ids.dtype}, not vertex indices")
     mesh = TriangleMesh("of the tree", points, ids)
-    if np.abs(mesh.vertices).max() > LARGEST_COORDINATE:
-        raise GeometryError(
-            f"mesh of the tree: a coordinate exceeds {LARGEST_COORDINATE:g} m"
-        )
+    reject_far(mesh)
     return mesh
+
+
+def reject_far(mesh: TriangleMesh) -> None:
+    """Refuses a mesh too large for boxes of float32.
+
+    Raises:
+        GeometryError: A coordinate beyond LARGEST_COORDINATE, of any vertex.
+    """
+    farthest = max(mesh.vertices.max(), -mesh.vertices.min())
+    if farthest > LARGEST_COORDINATE:
+        raise GeometryError(
+            f"mesh {mesh.name}: a coordinate exceeds {LARGEST_COORDINATE:g} m"
+        )
 
 
 def tree_of(

@@ -16,7 +16,7 @@ from borecheck.geometry.tree import query as bvh_query
 from borecheck.geometry.tree.addresses import Book, PairBook
 from borecheck.geometry.tree.boxes import LARGEST_COORDINATE
 from borecheck.geometry.tree.build import CHILD_ROW
-from borecheck.geometry.tree.kept_trees import checked_mesh, tree_of
+from borecheck.geometry.tree.kept_trees import checked_mesh, reject_far, tree_of
 from borecheck.geometry.triangles.narrowphase import narrowphase_code
 
 Placement = NDArray[np.float64]
@@ -88,8 +88,10 @@ class MeshTree:
     def __init__(
         self, vertices: ArrayLike, triangles: ArrayLike, *, cached: bool = True
     ) -> None:
-        mesh = checked_mesh(vertices, triangles)
-        corners = mesh.vertices[mesh.triangles].reshape(-1, 9)
+        self._build(checked_mesh(vertices, triangles), cached)
+
+    def _build(self, mesh: TriangleMesh, cached: bool) -> None:
+        corners = mesh.corners.reshape(-1, 9)
         tree = tree_of(mesh, corners, cached)
         self.nodes = tree.nodes
         self.order = tree.order
@@ -122,8 +124,11 @@ class MeshTree:
 
     @classmethod
     def of(cls, mesh: TriangleMesh, *, cached: bool = True) -> "MeshTree":
-        """The tree of a mesh record."""
-        return cls(mesh.vertices, mesh.triangles, cached=cached)
+        """The tree of a mesh record, whose numbers are known to be sound."""
+        reject_far(mesh)
+        tree = cls.__new__(cls)
+        tree._build(mesh, cached)
+        return tree
 
     @property
     def triangle_count(self) -> int:

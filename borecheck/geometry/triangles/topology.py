@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,11 +104,15 @@ def topology(mesh: TriangleMesh) -> Topology:
 
     Corners at equal coordinates count as one, so a triangle soup is judged by shape.
     """
-    same = _places(mesh.vertices)
-    t = same[mesh.triangles]
-    n = int(same.max()) + 1
+    t, n = _by_place(mesh)
     is_closed = _edges_cancel(t, n) and not _has_rim(mesh.corners, t, n)
     return Topology(mesh, is_closed, _components(t, n))
+
+
+def _by_place(mesh: TriangleMesh) -> tuple[NDArray[np.int64], int]:
+    """Triangles by the number of each corner's place, (m, 3); how many places."""
+    same = _places(mesh.vertices)
+    return same[mesh.triangles], int(same.max()) + 1
 
 
 def cached_topology(mesh: TriangleMesh) -> Topology:
@@ -164,9 +169,12 @@ def _components(triangles: NDArray[np.int64], n: int) -> NDArray[np.int64]:
 
 def _edges_cancel(triangles: NDArray[np.int64], n: int) -> bool:
     """Whether every edge occurs as often in one direction as in the other."""
-    edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    there, back = edges[:, 0] * n + edges[:, 1], edges[:, 1] * n + edges[:, 0]
-    return bool(np.array_equal(np.sort(there), np.sort(back)))
+    a, b, c = triangles.T
+    there = np.concatenate([a * n + b, b * n + c, c * n + a])
+    back = np.concatenate([b * n + a, c * n + b, a * n + c])
+    there.sort()
+    back.sort()
+    return bool(np.array_equal(there, back))
 
 
 def _way(corners: NDArray[np.float64]) -> int:
@@ -186,7 +194,7 @@ def _has_rim(
     """
     drawn = np.sort(triangles, axis=1)
     order = np.lexsort(drawn.T)
-    again = np.flatnonzero((np.diff(drawn[order], axis=0) == 0).all(axis=1))
+    again = np.flatnonzero(_repeats(drawn, order))
     if len(again) == 0:
         return False
     twice = order[again]
@@ -212,7 +220,18 @@ def _is_flat(points: NDArray[np.float64]) -> bool:
 def _places(vertices: NDArray[np.float64]) -> NDArray[np.int64]:
     """A number for each vertex, equal where the coordinates are equal, (n,)."""
     order = np.lexsort(vertices.T)
-    steps = (np.diff(vertices[order], axis=0) != 0.0).any(axis=1)
     places = np.zeros(len(vertices), dtype=np.int64)
-    places[order[1:]] = np.cumsum(steps)
+    places[order[1:]] = np.cumsum(~_repeats(vertices, order))
     return places
+
+
+def _repeats(rows: NDArray[Any], order: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether a row, in this order, is the one before it, (n - 1,).
+
+    Column by column: a copy of all rows of a large mesh is a gigabyte.
+    """
+    alike = np.ones(len(order) - 1, dtype=bool)
+    for column in rows.T:
+        sorted_ = column[order]
+        alike &= sorted_[1:] == sorted_[:-1]
+    return alike

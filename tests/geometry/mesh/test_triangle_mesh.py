@@ -54,3 +54,20 @@ def test_the_hash_is_of_the_numbers():
 def test_bad_arrays_are_refused(vertices, triangles, words):
     with pytest.raises(GeometryError, match=words):
         TriangleMesh("m", vertices, triangles)
+
+
+def test_the_corners_of_a_soup_are_its_vertices_and_take_no_memory():
+    soup = box("b", (1.0, 2.0, 3.0)).corners.reshape(-1, 3)
+    ids = np.arange(len(soup)).reshape(-1, 3)
+    as_read = TriangleMesh("m", soup, ids)
+    assert np.shares_memory(as_read.corners, as_read.vertices)
+    turned = TriangleMesh("m", soup, ids[:, ::-1])  # another order
+    assert np.array_equal(turned.corners, as_read.corners[:, ::-1])
+    with pytest.raises(ValueError, match="read-only"):
+        as_read.corners[0, 0, 0] = 2.0
+
+
+def test_bounds_are_of_vertices_that_triangles_use():
+    vertices = [*np.eye(3), [9.0, -9.0, 9.0]]
+    mesh = TriangleMesh("m", np.array(vertices), TRIANGLE)
+    assert np.array_equal(mesh.bounds, [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
