@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from borecheck.core.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from borecheck.api import certify as certify
     from borecheck.api import check_plans as check_plans
     from borecheck.api import fk as fk
     from borecheck.api import inverse as inverse
@@ -44,9 +45,10 @@ _HOMES = {
     "MeshTree": "borecheck.geometry.tree.mesh_tree:MeshTree",
     "NeedlePlan": "borecheck.plans.needle_plan:NeedlePlan",
     "Pair": "borecheck.geometry.tree.pair:Pair",
-    "check": "borecheck.contact.check:check",
+    "certify": "borecheck.api:certify",
+    "check": "borecheck.report.pictured:check",
     "check_plans": "borecheck.api:check_plans",
-    "check_path": "borecheck.motion.check:check_path",
+    "check_path": "borecheck.report.pictured:check_path",
     "compare": "borecheck.contact.compare:compare",
     "fk": "borecheck.api:fk",
     "first_contacts": "borecheck.contact.many_poses:first_contacts",
@@ -59,7 +61,7 @@ _HOMES = {
     "report": "borecheck.api:report",
     "show": "borecheck.api:show",
     "validate": "borecheck.validation.run:validate_file",
-    "verify": "borecheck.motion.binding:verify",
+    "verify": "borecheck.api:verify",
 }
 
 __all__ = sorted(_HOMES)

@@ -1,7 +1,8 @@
 """What the Python door adds to the rooms: one call for what a command does."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial, wraps
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -13,17 +14,27 @@ from borecheck.contact.settings import settings
 from borecheck.contact.verdict import Verdict
 from borecheck.core.whole_files import check_writable, write_whole
 from borecheck.errors import UsageError
+from borecheck.motion.binding import verify as verify_bound
+from borecheck.motion.certify import write_path_certificate
 from borecheck.motion.check import check_motion
 from borecheck.motion.needle_motion import needle_motion
 from borecheck.motion.samples import DEFAULT_SAMPLES, MotionVerdict
+from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.plans.plan_file import given_plans
 from borecheck.plans.plan_motion import UnreachableError
+from borecheck.report.card import picture_of
 from borecheck.robots.description import Solutions
-from borecheck.robots.given import configuration, length, refuse_others
+from borecheck.robots.given import (
+    configuration,
+    configurations,
+    length,
+    refuse_others,
+)
 from borecheck.robots.kinematics.needle_inverse import needle_inverse
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
+from borecheck.verify.verification import Verification
 
 Array = NDArray[np.float64]
 
@@ -51,8 +62,10 @@ class PlanAnswer:
         return f"<plan {self.plan.name}: {said}, {self.reason}>"
 
     def _repr_html_(self) -> str:
-        said = self.verdict if self.reachable else "out of reach"
-        return f"<p><b>{escape(self.plan.name)}: {said}</b> {escape(self.reason)}</p>"
+        named = f"<p><b>{escape(self.plan.name)}</b></p>"
+        if self.motion is None:
+            return f"{named}<p><b>OUT OF REACH</b> {escape(self.reason)}</p>"
+        return named + self.motion._repr_html_()
 
 
 def check_plans(
@@ -93,8 +106,82 @@ def check_plans(
             corridor=motion.corridor,
             samples=samples,
         )
-        answers.append(PlanAnswer(plan, said.verdict, said.reason, True, said))
+        worst = said.poses[said.worst]
+        draw = partial(
+            picture_of,
+            robot,
+            scene,
+            worst.q,
+            margin=worst.margin_m,
+            corridor=motion.corridor,
+        )
+        answers.append(
+            PlanAnswer(plan, said.verdict, said.reason, True, said.pictured(draw))
+        )
     return tuple(answers)
+
+
+def certify(
+    robot: Robot,
+    scene: Scene,
+    motion: NeedlePlan | ArrayLike,
+    file: str | Path,
+    *,
+    margin: float | str = 0.0,
+    corridor: Corridor | None = None,
+    long_way: bool = False,
+) -> Path:
+    """Writes the certificate of a motion that is clear, and its meshes beside it.
+
+    `borecheck verify FILE` and `verify` check it, by code that shares nothing with the
+    search.
+
+    Args:
+        robot: From `load_robot`.
+        scene: From `load_scene`.
+        motion: A needle plan; or the waypoints of a path as `check_path` takes them.
+        file: The certificate to write, `.json`; the meshes get its name and `.npz`.
+        margin: Required clearance to obstacles, [m], or "20mm".
+        corridor: Of a path: where its needle may be in the patient.
+        long_way: Of a path: see `check_path`.
+
+    Returns:
+        The certificate.
+
+    Raises:
+        UsageError: The motion is not proven clear, or has no certificate of a size
+            that anybody would check; a corridor beside a plan; another suffix.
+        UnreachableError: No configuration of the robot reaches the plan.
+        BorecheckError: The files cannot be written; then there are none.
+    """
+    refuse_others(robot, scene)
+    out = Path(file)
+    if out.suffix.lower() != ".json":
+        raise UsageError(f"{out}: a certificate is written as JSON: name it .json")
+    size, plan = length(margin, "margin"), ""
+    if isinstance(motion, NeedlePlan):
+        if corridor is not None:
+            raise UsageError("a plan has its own corridor: give waypoints with one")
+        found = needle_motion(robot, scene, motion)
+        points, corridor, plan = found.waypoints, found.corridor, motion.name
+    else:
+        points = configurations(robot, motion)
+    write_path_certificate(
+        robot, scene, points, size, out, corridor, plan, long_way=long_way
+    )
+    return out
+
+
+@wraps(verify_bound)
+def verify(  # noqa: D103
+    certificate: str | Path | Mapping[str, Any], *given: Any, **asked: Any
+) -> Verification:
+    found = verify_bound(certificate, *given, **asked)
+    if not found.could_not_run or isinstance(certificate, Mapping):
+        return found
+    return replace(
+        found, problems=tuple(f"{certificate} {text}" for text in found.problems)
+    )
 
 
 def inverse(

@@ -1,4 +1,5 @@
 import json
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
@@ -8,8 +9,10 @@ import pytest
 
 import borecheck as bc
 from borecheck.plans.corridor import Corridor
+from borecheck.plans.needle_plan import NeedlePlan
 from tests.places import PROJECT, ROBOTS
 
+EXAMPLES = PROJECT / "borecheck" / "examples"
 ROBOT = ROBOTS / "two_link.urdf"
 
 
@@ -53,6 +56,19 @@ def test_dir_shows_what_is_public():
 @pytest.fixture(scope="module")
 def zerobot():
     return bc.load_robot("zerobot"), bc.load_scene("ct_gantry")
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """The example's arm beside its patient, in its gantry."""
+    robot = bc.load_robot(
+        EXAMPLES / "arm.urdf",
+        base="550mm,0,-350mm,0,0,180deg",
+        needle="needle_link",
+        tip="needle_tip:z",
+    )
+    torso = f"{EXAMPLES / 'torso.stl'}:mm@0,0,-0.1"
+    return robot, bc.load_scene(f"{EXAMPLES / 'gantry.stl'}:mm", patients=[torso])
 
 
 class Row(dict):
@@ -168,7 +184,10 @@ def test_what_calls_give_is_one_line_that_says_what_was_found(zerobot, tmp_path)
     told = [
         (compared, "<Comparison: poses 1, in contact by exact 0, two-sided 0; 0 tri"),
         (plan, "<NeedlePlan a: (0, 0, 100) to (0, 0, 0) mm>"),
-        (gone, "<Verification rejected: cannot be read: No such file"),
+        (
+            gone,
+            f"<Verification rejected: {tmp_path / 'gone?[2J.json'} cannot be read: ",
+        ),
         (odd, "<Verification rejected: ?[2J?ACCEPTED>"),
         (corridor, "<Corridor (0, 0, 100) to (0, 0, 0) mm, 0.6 mm round"),
         (bc.check_path(robot, scene, [robot.home]), "<PathVerdict clear: "),
@@ -181,6 +200,61 @@ def test_what_calls_give_is_one_line_that_says_what_was_found(zerobot, tmp_path)
         assert repr(thing).isprintable()
     with pytest.raises(bc.BorecheckError, match="result is a PathVerdict: give a"):
         bc.report(bc.check_path(robot, scene, [robot.home]), tmp_path / "page.html")
+
+
+def test_a_verdict_in_a_notebook_shows_the_robot(arm, tmp_path):
+    """The picture is drawn when asked for, and goes nowhere else."""
+    robot, scene = arm
+    plan = NeedlePlan("a", (0, 0, 0), (0, 0, -0.06))
+    (answer,) = bc.check_plans(robot, scene, plan, samples=3)
+    path = bc.check_path(robot, scene, answer.motion.waypoints[:1], clearance=False)
+    pose = bc.check(robot, scene, answer.motion.waypoints[0])
+    for thing in (answer, path, pose):
+        card = thing._repr_html_()
+        assert card.count("<svg") == card.count("data:image/png;base64,") == 1
+        assert "CLEAR" in card
+    assert 'class="plan"' in answer._repr_html_()  # its line
+    assert pickle.loads(pickle.dumps(pose)) == pose
+    assert "_draw" not in pose.to_json()
+    assert "<svg" not in replace(pose, reason="another")._repr_html_()
+
+
+def test_a_certificate_is_written_from_python(arm, tmp_path):
+    robot, scene = arm
+    plan = NeedlePlan("a", (0, 0, 0), (0, 0, -0.06))
+    written = bc.certify(robot, scene, plan, tmp_path / "a.json", margin="5mm")
+    found = bc.verify(written, robot, scene, plans=plan, margin="5mm")
+    assert found.accepted, found.problems
+    start = np.radians([20, -120, 135, 0, 10, 0])
+    way = bc.route(robot, scene, start, plan, margin="5mm")
+    assert way.found, way
+    np.testing.assert_allclose(way.waypoints[0], start)
+    # 50 mm before the entry, where a plan's own motion begins
+    tip = bc.fk(robot, way.waypoints[-1])["needle_tip"]
+    np.testing.assert_allclose(
+        tip[:3, 3], plan.entry - 0.05 * plan.direction, atol=1e-9
+    )
+    written = bc.certify(robot, scene, way.waypoints, tmp_path / "b.json")
+    assert bc.verify(written, robot, scene, waypoints=way.waypoints).accepted
+    corridor = Corridor(plan.entry, plan.target, 6e-4)
+    wrong = [
+        ((plan, "c.csv"), {}, "name it .json"),
+        ((plan, "c.json"), {"corridor": corridor}, "a plan has its own corridor"),
+        (([robot.home], "c.json"), {}, "there is no certificate to write"),
+    ]
+    for (motion, name), more, saying in wrong:
+        with pytest.raises(bc.BorecheckError, match=saying):
+            bc.certify(robot, scene, motion, tmp_path / name, **more)
+        assert not (tmp_path / name).exists()
+
+
+def test_degrees_of_a_continuous_joint_are_told(tmp_path, arm):
+    text = (EXAMPLES / "arm.urdf").read_text()
+    file = tmp_path / "arm.urdf"
+    file.write_text(text.replace('type="revolute"', 'type="continuous"', 1))
+    robot = bc.load_robot(file)
+    with pytest.warns(UserWarning, match="more than a turn"):
+        bc.check(robot, arm[1], [20, 0, 0, 0, 0, 0])
 
 
 def test_a_card_escapes_what_files_are_called(zerobot):

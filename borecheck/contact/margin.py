@@ -47,8 +47,8 @@ class Margin:
         return self.size > 0.0 and self.kind in (ENLARGE_BODY, ENLARGE_WORLD)
 
 
-# A margin of this size leaves no room for a robot anywhere: a mistaken unit, [m].
-LARGEST_MARGIN = 10.0
+# A larger margin leaves no room for a robot in a scanner's bore: a mistaken unit, [m].
+LARGEST_MARGIN = 0.5
 
 NO_MARGIN = Margin(0.0, OFFSET)
 
@@ -60,10 +60,7 @@ def margin_for(checker: str, size: float, kind: str | None = None) -> Margin:
         UnknownNameError: No such kind.
         UsageError: Negative, not finite, or a kind that the checker does not take.
     """
-    if not (np.isfinite(size) and size >= 0.0):
-        raise UsageError(f"margin {size} m is not a length of 0 or more")
-    if size > LARGEST_MARGIN:
-        raise UsageError(f"margin {size:g} m is no clearance: are these millimetres?")
+    check_size(size)
     if kind is None:
         return Margin(float(size), _ALLOWED[checker][0])
     if kind not in KINDS:
@@ -72,6 +69,22 @@ def margin_for(checker: str, size: float, kind: str | None = None) -> Margin:
         takes = ", ".join(_ALLOWED[checker])
         raise UsageError(f"checker {checker} takes no {kind} margin, only {takes}")
     return Margin(float(size), kind)
+
+
+def check_size(size: float) -> float:
+    """The same size of a margin, [m], if it can be one.
+
+    Raises:
+        UsageError: Negative, not finite, or more than LARGEST_MARGIN.
+    """
+    if not (np.isfinite(size) and size >= 0.0):
+        raise UsageError(f"margin {size} m is not a length of 0 or more")
+    if size > LARGEST_MARGIN:
+        raise UsageError(
+            f"margin {size:g} m is over {LARGEST_MARGIN:g} m: are these millimetres? "
+            f"Bare numbers are metres; for millimetres write {size:g}mm"
+        )
+    return size
 
 
 def enlarged(

@@ -1,9 +1,10 @@
 """What a contact check says, as values: clear, contact or unknown, and why."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import asdict, dataclass
 from html import escape
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,12 +50,24 @@ class AnyVerdict:
         return f"<{type(self).__name__} {self.verdict}: {self.reason}>"
 
     def _repr_html_(self) -> str:
-        """A card for a notebook."""
+        """A card for a notebook, with a picture if there is one to draw."""
+        draw = self.__dict__.get("_draw")
         return (
             f'<div style="border-left:6px solid {LIGHT[self.verdict].ink};'
             f'padding:.3em .8em"><b>{self.verdict.upper()}</b> '
-            f"{escape(self.reason)}</div>"
+            f"{escape(self.reason)}{draw() if draw else ''}</div>"
         )
+
+    def pictured(self, draw: Callable[[], str]) -> Self:
+        """The same, whose card shows what `draw` returns (HTML), drawn when shown."""
+        found = copy(self)
+        # no field: neither compared nor written anywhere
+        object.__setattr__(found, "_draw", draw)
+        return found
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the picture, which knows robot and scene."""
+        return {name: v for name, v in self.__dict__.items() if name != "_draw"}
 
     def __bool__(self) -> bool:
         """Refused: see the class.

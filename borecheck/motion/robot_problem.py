@@ -5,6 +5,7 @@ its parts and the scene's obstacles become bodies, and needle and patient become
 passage: they may touch within the plan's corridor, and nowhere else.
 """
 
+from borecheck.contact.margin import check_size
 from borecheck.core.once import once_per_pair
 from borecheck.motion.problem import Body, Passage, PathProblem
 from borecheck.plans.corridor import Corridor
@@ -24,7 +25,11 @@ def path_problem(
     With a corridor, needle and patient are a passage: they may touch in it alone.
     Without one the same robot and scene give the same problem: a planner asks for one
     edge after the other.
+
+    Raises:
+        UsageError: A margin that is none, or so large that its unit is mistaken.
     """
+    check_size(margin)
     if corridor is None:
         return _usual_problem(robot, scene, margin)
     return _problem(robot, scene, margin, corridor)

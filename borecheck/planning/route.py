@@ -10,12 +10,14 @@ from borecheck.contact.check import check
 from borecheck.contact.queries import queries
 from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN
 from borecheck.errors import UsageError
+from borecheck.motion.needle_motion import needle_motion
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.turns import open_turns
 from borecheck.planning.connect import connect
 from borecheck.planning.edges import Edges
 from borecheck.planning.metric import metric_of, sampled_box
 from borecheck.planning.shorten import shorten
+from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.robots.given import Given, configuration, length, refuse_others
 from borecheck.robots.model import RobotModel
 from borecheck.robots.robot import Robot
@@ -65,7 +67,7 @@ def route(
     robot: Robot,
     scene: Scene,
     start: Given,
-    goal: Given,
+    goal: Given | NeedlePlan,
     margin: float | str = 0.0,
     *,
     seed: int = 0,
@@ -81,7 +83,8 @@ def route(
         robot: From `load_robot`.
         scene: From `load_scene`.
         start: Where it stands: positions in the joints' order, by name, or "home".
-        goal: Where it is wanted, likewise.
+        goal: Where it is wanted, likewise; or a needle plan: where its own motion
+            begins, before the skin.
         margin: Clearance to obstacles that is kept everywhere, [m] or "5mm".
         seed: Of the random configurations; the answer depends on it, not on time.
         most_edges: Edges asked for at most.
@@ -90,11 +93,15 @@ def route(
     Raises:
         UsageError: A margin that is none, an obstacle of guessed unit, wrong lengths.
         JointLimitError: An end beyond a joint limit.
+        UnreachableError: No configuration reaches the plan.
     """
     if most_edges < 1:
         raise UsageError(f"at least one edge must be asked for, not {most_edges}")
     refuse_others(robot, scene)
     margin = length(margin, "margin")
+    if isinstance(goal, NeedlePlan):
+        # the motion that a check takes: of several ways the one with most room
+        goal = needle_motion(robot, scene, goal).waypoints[0]
     ends = np.array([configuration(robot, start), configuration(robot, goal)])
     for name, q in zip(("start", "goal"), ends, strict=True):
         verdict = check(robot, scene, q, margin=margin)

@@ -61,7 +61,11 @@ class Shot:
 
 
 def pictures_at(
-    display: Mapping[str, Any], subject: Subject, width: int = 880, height: int = 560
+    display: Mapping[str, Any],
+    subject: Subject,
+    width: int = 880,
+    height: int = 560,
+    names: Sequence[str] = (CUT_OPEN, BORE, SIDE, NARROW),
 ) -> list[dict[str, Any]]:
     """Pictures of one pose, each with `name` and `svg`: see the names above."""
     from borecheck.report.figures_still import Stage
@@ -72,6 +76,7 @@ def pictures_at(
     return [
         {"name": shot.name, "svg": _picture(stage, shot, subject, lit, place)}
         for shot in shots(stage, subject, place)
+        if shot.name in names
     ]
 
 

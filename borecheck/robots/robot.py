@@ -16,8 +16,9 @@ from borecheck.robots.description import RobotDescription, installed, installed_
 from borecheck.robots.from_description import build_installed, complete_arguments
 from borecheck.robots.model import RobotModel
 from borecheck.robots.parts import collision_parts, refuse_nothing, without_size
-from borecheck.robots.robot_file import read_urdf, robot_path
+from borecheck.robots.robot_file import read_urdf, refuse_misspelt, robot_path
 from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
+from borecheck.robots.urdf.xacro import is_xacro
 
 Array = NDArray[np.float64]
 
@@ -66,10 +67,20 @@ def load_robot(
     for what, given in (("package_paths", package_paths), ("allow", allow)):
         if isinstance(given, str | Path):
             raise UsageError(f"{what} is a string: give a list, [{str(given)!r}]")
+    if not is_xacro(Path(str(name))):  # a xacro file may call its arguments anything
+        refuse_misspelt(load_robot, arguments, _arguments_of(name))
     roots = Roots(tuple(map(Path, package_paths)), allow_outside)
     allowances = allowances_of(srdf, allow, trust_never)
     robot = robot_with(name, arguments, level, base, roots).allowing(allowances)
     return robot.with_needle(needle, tip, insertion)
+
+
+def _arguments_of(name: object) -> list[str]:
+    """What an installed robot takes; nothing of a file that is no xacro."""
+    if str(name) not in installed_names("robots"):
+        return []
+    description: RobotDescription = installed("robots", "robot", str(name))
+    return list(description.arguments)
 
 
 def robot_with(

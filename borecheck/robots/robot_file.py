@@ -1,7 +1,9 @@
 """From what a user calls a robot to its URDF: names told apart, files read once."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from difflib import get_close_matches
+from inspect import signature
 from pathlib import Path
 
 from borecheck.errors import UnknownNameError, UsageError
@@ -47,6 +49,31 @@ def robot_path(name: str) -> Path:
     if not exists(path) and not path.suffix and path.name == name:
         raise UnknownNameError("robot", name, installed_names("robots"))
     return path
+
+
+def refuse_misspelt(
+    loader: Callable[..., object], given: Mapping[str, object], takes: Iterable[str]
+) -> None:
+    """Nothing, unless an argument is an option of the loader, written otherwise.
+
+    Args:
+        loader: The function that was called.
+        given: Arguments that it has no options of that name for.
+        takes: Arguments that what is loaded does take.
+
+    Raises:
+        UsageError: Such a one; with what may have been meant.
+    """
+    options = [name for name in signature(loader).parameters if name != "arguments"]
+    known = set(takes)
+    for name, value in given.items():
+        if name in known and not _MESH.fullmatch(str(value)):
+            continue
+        meant = get_close_matches(name, options, n=1, cutoff=0.75)
+        if meant:
+            raise UsageError(
+                f"{loader.__name__} has no option {name!r}; did you mean {meant[0]!r}?"
+            )
 
 
 def refuse_robot(name: str) -> None:

@@ -28,7 +28,7 @@ from borecheck.robots.obstacle_files import (
     read_obstacle,
 )
 from borecheck.robots.parts import AS_DRAWN, collision_parts, links_without_collision
-from borecheck.robots.robot_file import exists, refuse_robot
+from borecheck.robots.robot_file import exists, refuse_misspelt, refuse_robot
 from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
 
 Array = NDArray[np.float64]
@@ -143,6 +143,7 @@ def load_scene(
         UnknownNameError: No such scanner, argument or joint.
         MeshError: A mesh that cannot be read, or whose unit is off by 1000.
     """
+    refuse_misspelt(load_scene, arguments, _arguments_of(name))
     roots = Roots(tuple(map(Path, package_paths)), allow_outside)
     return scene_with(name, arguments, level, obstacles, patients, roots)
 
@@ -174,6 +175,14 @@ def scene_with(
         scene = _with_files(scene, [str(n) for n in names], "other", roots)
     scene = _with_files(scene, obstacles, "other", roots)
     return _with_files(scene, patients, "patient", roots)
+
+
+def _arguments_of(name: object) -> list[str]:
+    """What an installed scanner takes; nothing of files, and of names there are not."""
+    if str(name) not in installed_names("scanners"):
+        return []
+    description: ScannerDescription = installed("scanners", "scanner", str(name))
+    return [*description.arguments, *description.joints]
 
 
 def _refuse_unknown_scanner(name: str) -> None:
