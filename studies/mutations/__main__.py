@@ -35,6 +35,10 @@ ALSO = {
         "tests/verify/test_check.py",
         "tests/verify/test_passage.py",
     ),
+    "borecheck/motion/cover.py": (
+        "tests/verify/test_check.py",
+        "tests/verify/test_passage.py",
+    ),
     "borecheck/motion/binding.py": ("tests/verify/test_binding.py",),
 }
 # Tests that look at kernels by themselves: asked first, because what others need beside

@@ -89,6 +89,11 @@ EQUIVALENT = {
     "min(links.values(), default=None) -> min(links.values())": (
         "it is asked only where there are some"
     ),
+    "borecheck/contact/containment.py _has_component_within: "
+    "corners <= high -> corners < high": (
+        "a quick look: what is within the part and apart from its surface, both known, "
+        "stays off the border of its box"
+    ),
     "borecheck/contact/pose_batch.py PoseBatch.held: 2 -> 3": (
         "a slice of two entries up to the third holds both"
     ),
@@ -198,6 +203,19 @@ EQUIVALENT = {
     "np.abs(along) > rim * size -> np.abs(along) >= rim * size": (
         "what is at the bound is rounding of it"
     ),
+    "borecheck/verify/solid.py leads_away: "
+    "np.abs(across) > 3.0 * rim -> np.abs(across) >= 3.0 * rim": (
+        "as above: three heights, each within rounding of the bound, met at once"
+    ),
+    "borecheck/verify/binding.py _numbers: np.array(expected, float) -> "
+    "np.array(expected)": (
+        "what should be is made of numbers by us; whole ones compare by value"
+    ),
+    "borecheck/contact/compare.py _warm_up: "
+    "contacts(a, WORLD, b, WORLD, name, pruning, same_vertices=True) -> "
+    "contacts(a, WORLD, b, WORLD, name, pruning)": (
+        "what the warm-up finds is thrown away, and it calls the same kernels"
+    ),
     "borecheck/verify/solid.py is_embedded: i < j -> i > j": (
         "each pair is looked at once either way, and both of its orders are asked"
     ),
@@ -225,6 +243,15 @@ EQUIVALENT = {
     "inward < -tolerance * length * float(np.linalg.norm(q - p)) -> "
     "inward <= -tolerance * length * float(np.linalg.norm(q - p))": (
         "at the bound of rounding; triangles of no area come to no crossing"
+    ),
+    "borecheck/plans/whole_arm.py _with_drive: "
+    "not stations.driven or robot.needle is None -> not stations.driven": (
+        "stations that are driven are those of a needle's own joint (`_stations`); the "
+        "second question is for the checker of types"
+    ),
+    "borecheck/plans/plan_fields.py unknown_line: "
+    "get_close_matches(name, known, n=1) -> get_close_matches(name, known)": (
+        "of several that are close the first is named, which is the closest"
     ),
     "borecheck/plans/plan_file.py plans_csv: plan.mount or '' -> plan.mount": (
         "the writer of CSV writes None as nothing"

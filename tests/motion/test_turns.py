@@ -221,3 +221,9 @@ def test_contact_that_is_left_says_who_meets():
         found = held_back(written(first, rest, stretch), open_steps(1), None)
         assert found.first_contact is None
         assert found.reason == f"a and b meet {stretch.place}"
+        assert [(s.start, s.end, s.verdict) for s in found.intervals] == [
+            (0.0, 0.25, "clear"),
+            (0.25, 0.5, "unknown"),
+            (0.5, 0.75, "clear"),
+            (0.75, 1.0, "contact"),
+        ]

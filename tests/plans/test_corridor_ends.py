@@ -6,6 +6,7 @@ import pytest
 from borecheck.core.se3 import rpy_matrix
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
+from borecheck.geometry.triangles.solid import Side
 from borecheck.geometry.triangles.topology import topology
 from borecheck.plans.corridor import Corridor, _edge_crossings, common_points
 from borecheck.verify.passage import MOST_SLACK
@@ -164,6 +165,16 @@ def test_of_an_open_skin_what_is_aside_and_near_is_told_as_unknown(low, high, x,
     if told:
         assert not stray.certain
         assert stray.reason.startswith("skin is open")
+
+
+def test_where_no_ray_tells_the_side_it_is_not_certain(monkeypatch):
+    monkeypatch.setattr("borecheck.plans.corridor.side_of", lambda *_: Side.UNDECIDED)
+    stray = DOWN.stray(rod(-0.02, 0.1, 0.01), BODY, topology(BODY))
+    assert not stray.certain
+    assert "needle" in stray.reason
+    assert "body" in stray.reason
+    # what lies in the corridor is not asked
+    assert DOWN.stray(rod(-LENGTH, 0.0), BODY, topology(BODY)) is None
 
 
 def test_a_needle_all_of_whose_tail_is_near_an_open_skin_may_be_in():

@@ -292,6 +292,23 @@ def test_what_it_is_called_need_not_be_said_but_the_plan() -> None:
     assert told(stated, path) == ()
 
 
+def test_a_paths_corridor_is_the_one_asked_for() -> None:
+    """Without a plan's name; named or not, and where it is."""
+    path = content()
+    del path["about"]["plan"]
+    with_corridor = copy.deepcopy(path)
+    with_corridor["about"]["corridor"] = copy.deepcopy(CORRIDOR)
+    assert told(with_corridor, with_corridor) == ()
+    assert told(with_corridor, path) == ("it names a corridor",)
+    assert told(path, with_corridor) == ("it names no corridor",)
+    for name, place, off in (("entry", 2, 0.5), ("target", 0, -0.25)):
+        other = copy.deepcopy(with_corridor)
+        other["about"]["corridor"][name][place] += off
+        assert told(other, with_corridor) == (
+            f"corridor of the path: off by up to {abs(off):g}",
+        )
+
+
 def _shifted(by: float) -> Callable[[], Any]:
     return lambda: (CUBE.vertices + [0.0, 0.0, by], CUBE.triangles)
 
