@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from borecheck.plans.needle_plan import NeedlePlan as NeedlePlan
     from borecheck.robots.robot import load_robot as load_robot
     from borecheck.robots.scene import load_scene as load_scene
+    from borecheck.setup.door import setup as setup
     from borecheck.validation.run import validate_file as validate  # noqa: F401
 
 
@@ -59,6 +60,7 @@ _HOMES = {
     "route": "borecheck.planning.route:route",
     "random_configurations": "borecheck.api:random_configurations",
     "report": "borecheck.api:report",
+    "setup": "borecheck.setup.door:setup",
     "show": "borecheck.api:show",
     "validate": "borecheck.validation.run:validate_file",
     "verify": "borecheck.api:verify",

@@ -33,6 +33,7 @@ COMMANDS = {
     "init": ("borecheck.commands.init", "writes a case file to fill in"),
     "examples": ("borecheck.commands.examples", "writes files to try it with"),
     "check": ("borecheck.commands.check", "will the robot touch anything?"),
+    "setup": ("borecheck.commands.setup", "the best configuration for a needle"),
     "route": ("borecheck.commands.route", "a certified way to a plan or pose"),
     "compare": ("borecheck.commands.compare", "where do contact checkers differ, why?"),
     "calibrate": ("borecheck.commands.calibrate", "identify a serial arm's axes"),

@@ -71,10 +71,13 @@ class Solutions:
         configurations: Those within the limits, each (joints,), read-only; may be
             empty.
         rejected: One line for every other branch: which limits it breaks, by how much.
+        complete: Whether there are no others with that insertion, turns of a joint
+            about the needle's own axis left aside.
     """
 
     configurations: tuple[Array, ...]
     rejected: tuple[str, ...]
+    complete: bool = False
 
 
 def within_limits(

@@ -75,6 +75,7 @@ DESCRIPTION = RobotDescription(
     forward="crane.kinematics:forward",
     inverse="crane.kinematics:inverse",
     dimensions="crane.kinematics:dimensions",
+    family="crane.family:family",
     closed_form_arguments=("base_x", "base_y", "base_z", "base_yaw", "needle_ahead"),
     insertion_joint="q8",
 )

@@ -138,6 +138,26 @@ def inverse_roll(
     refuse_no_numbers(psi=psi, q7=q7, q8=q8)
     e1, e2 = roll_axes(n)
     x8 = times(np.cos(psi), e1) + times(np.sin(psi), e2)
+    return standing(d, tip, n, x8, q7, q8)
+
+
+def standing(
+    d: Dimensions, p8: Array, n: Array, x8: Array, q7: Array, q8: Array
+) -> Array:
+    """The arm that stands behind frame 8, seen from the base; limits are not looked at.
+
+    Args:
+        d: The dimensions.
+        p8: Origin of frame 8, (..., 3), [m].
+        n: Unit direction of the needle, its z axis, likewise.
+        x8: Its x axis, likewise.
+        q7: [rad], (...).
+        q8: [m].
+
+    Returns:
+        q, (..., 8); NaN where |q5| would be 90 deg.
+    """
+    q7, q8 = np.broadcast_arrays(q7, q8, x8[..., 0])[:2]
     x6 = times(np.sin(q7), x8) + times(np.cos(q7), n)
     z6 = times(np.cos(q7), x8) - times(np.sin(q7), n)
     z7 = np.cross(x8, n)
@@ -149,7 +169,7 @@ def inverse_roll(
     x4 = np.stack([zero, z6[..., 1] / up, z6[..., 2] / up], axis=-1)
     z5 = np.stack([zero, x4[..., 2], -x4[..., 1]], axis=-1)
     x5 = times(C5, x) - times(S5, x4)
-    p5 = tip - times(d.d8 + q8, n) - d.a8 * x8 - d.d7 * z7 - d.a7 * x6 - d.a6 * x5
+    p5 = p8 - times(d.d8 + q8, n) - d.a8 * x8 - d.d7 * z7 - d.a7 * x6 - d.a6 * x5
     q4 = np.arctan2(-x4[..., 1], x4[..., 2])
     q6 = np.arctan2(np.sum(x6 * z5, axis=-1), np.sum(x6 * x5, axis=-1))
     q5 = np.arctan2(S5, C5)

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 # Below this the axes 4 and 6 are in line and only q4 + q6 has a meaning: q4 is then 0.
 WRIST_IN_LINE = 1e-9
+# Branches of a wrist nearer to it are not called all: sin(q5).
+IN_LINE_AT_MOST = 1e-6
 
 # Rolls tried about the needle when the caller names none (needle at right angles).
 ROLLS = 24
@@ -66,7 +68,13 @@ def inverse(
         for q in _branches(d, tip, R, insertion):
             q[5] = q6
             found.append(q)
-    return _sorted(found, d, tip, direction, insertion)
+    solutions = _sorted(found, d, tip, direction, insertion)
+    return replace(solutions, complete=_are_all(found))
+
+
+def _are_all(found: list[Array]) -> bool:
+    """Whether branches with a chosen q6 are all: no wrist is in line, q4 left open."""
+    return all(abs(math.sin(q[4])) > IN_LINE_AT_MOST for q in found)
 
 
 def inverse_pose(

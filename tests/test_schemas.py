@@ -52,6 +52,7 @@ def commands(folder):
         "plans": ("check", ["check", "zerobot", "ct_gantry", "--plan", plans]),
         "way": ("check", ["route", ARM, block, "--to", "j=20deg"]),
         "no way": ("route", ["route", ARM, near, "--to", "j=20deg"]),
+        "setup": ("setup", ["setup", "zerobot", "ct_gantry", "--plan", plans]),
         "compare": ("compare", ["compare", ARM, near, "--random", "2"]),
         "fk": ("fk", ["fk", ARM, "--random", "2", "--seed", "1"]),
         "robots": ("robots", ["robots"]),

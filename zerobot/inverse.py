@@ -5,6 +5,7 @@ The inverse of [Matsuno2020] eq. (3) and the remote centre of its section 2.2.
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -35,7 +36,8 @@ def inverse(
 ) -> Solutions:
     """Joint positions for a needle tip and direction; nothing is ever clipped.
 
-    Two branches: |q5| below and above 90 deg. The roll about the needle is not free.
+    Two branches: |q5| below and above 90 deg. The roll about the needle is not free,
+    so there are no others.
 
     Args:
         tip: Needle tip in the world frame W, (3,), [m].
@@ -52,7 +54,7 @@ def inverse(
     if math.hypot(direction[1], direction[2]) < ALONG_BORE:
         return Solutions((), ("the needle is along the bore axis: q5 = +-90 deg",))
     branches = [_branch(d, tip, direction, insertion, sign) for sign in (1.0, -1.0)]
-    return within_limits(branches, LIMITS, ANGLES)
+    return replace(within_limits(branches, LIMITS, ANGLES), complete=True)
 
 
 def broken_limits(q: ArrayLike) -> tuple[str, ...]:

@@ -71,6 +71,7 @@ class Queries:
 
     Attributes:
         pairs: Names of what is asked: part and obstacle, then part and part.
+        with_obstacles: How many of them are of part and obstacle.
         margin: Clearance to obstacles that counts as touching, [m].
     """
 
@@ -87,6 +88,7 @@ class Queries:
             *((parts[a], others[b]) for a, b in batch.obstacles.pairs),
             *((parts[a], parts[b]) for a, b in batch.itself.pairs),
         )
+        self.with_obstacles = len(batch.obstacles.pairs)
         excess = np.array([part.mesh.excess for part in robot.parts])
         standing = np.array([o.mesh.excess for o in scene.obstacles])
         a, b = batch.obstacles.pairs.T
@@ -193,6 +195,20 @@ class Queries:
         for k, (a, _) in enumerate(self._batch.obstacles.pairs):
             links[:, a] = np.minimum(links[:, a], bounds[:, k])
         return links
+
+    def clearances_to_itself(self, qs: ArrayLike, within: float = 0.0) -> Array:
+        """Bounds of the distance of surfaces of every pair of parts, (n, k, 2), [m].
+
+        In the order of `pairs`, those with obstacles left out. Whether one holds the
+        other is asked by `touches`.
+
+        Args:
+            qs: Configurations.
+            within: As in `clearance`.
+        """
+        configurations = as_configurations(self._robot, qs)
+        placements = self._batch.placements(configurations)
+        return self._batch.itself.pair_clearances(placements, within)
 
     def gradient(self, qs: ArrayLike) -> Array:
         """Derivative of the clearance by every joint, (n, joints), [m/rad] or [1].

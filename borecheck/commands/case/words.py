@@ -13,7 +13,7 @@ from borecheck.errors import UsageError
 
 SUFFIX = ".toml"
 # Commands that take a case in the place of ROBOT and SCENE, or beside their files.
-COMMANDS = ("check", "route", "compare", "view", "fk", "verify")
+COMMANDS = ("check", "setup", "route", "compare", "view", "fk", "verify")
 
 _PLACES = {"robot": "robot", "scene": "scanner"}
 

@@ -15,7 +15,7 @@ from typing import Any
 from borecheck.errors import BorecheckError, UsageError
 from borecheck.robots.description.records import Description, RobotDescription
 
-HOOKS = ("meshes", "forward", "inverse", "dimensions")
+HOOKS = ("meshes", "forward", "inverse", "dimensions", "family")
 
 
 def hook(reference: str) -> Callable[..., Any]:

@@ -86,10 +86,13 @@ class Solutions:
     Attributes:
         configurations: Those within the limits, each (joints,); may be empty.
         rejected: One line for every other branch: which limits it breaks, by how much.
+        complete: Whether there are no others with that insertion, turns of a joint
+            about the needle's own axis left aside.
     """
 
     configurations: tuple[NDArray[np.float64], ...]
     rejected: tuple[str, ...]
+    complete: bool = False
 
     def __repr__(self) -> str:
         found, others = len(self.configurations), len(self.rejected)
@@ -143,6 +146,8 @@ class RobotDescription(Description):
         inverse: Hook `inverse(tip (3,), direction (3,), insertion, **arguments)`
             that gives `Solutions`, or an object of that form; or None.
         dimensions: Hook `dimensions(**arguments) -> {name: value}` of the closed form.
+        family: Hook `family(**arguments)` of a redundant arm: all configurations for a
+            needle by coordinates of their own; or None.
         closed_form_arguments: Names of the xacro arguments the closed form takes.
         insertion_joint: The joint that drives the needle, or None.
     """
@@ -159,6 +164,7 @@ class RobotDescription(Description):
     forward: str | None = None
     inverse: str | None = None
     dimensions: str | None = None
+    family: str | None = None
     closed_form_arguments: tuple[str, ...] = ()
     insertion_joint: str | None = None
 
