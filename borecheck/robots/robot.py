@@ -18,7 +18,7 @@ from borecheck.robots.model import RobotModel
 from borecheck.robots.parts import collision_parts, refuse_nothing, without_size
 from borecheck.robots.robot_file import read_urdf, refuse_misspelt, robot_path
 from borecheck.robots.urdf.reach import ANYWHERE, NO_ROOTS, Roots
-from borecheck.robots.urdf.xacro import is_xacro
+from borecheck.robots.urdf.text import is_xacro
 
 Array = NDArray[np.float64]
 
