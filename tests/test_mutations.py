@@ -4,12 +4,21 @@
 """
 
 import ast
+from types import SimpleNamespace
 
 import pytest
 
 from studies.mutations import judge
-from studies.mutations.__main__ import KERNEL_TESTS, State, files_for, sample, sources
-from studies.mutations.changes import mutants, mutated
+from studies.mutations.__main__ import (
+    KERNEL_TESTS,
+    State,
+    confirm,
+    files_for,
+    recorded,
+    sample,
+    sources,
+)
+from studies.mutations.changes import Mutant, mutants, mutated
 from studies.mutations.exempt import EQUIVALENT, KERNELS
 from studies.mutations.judge import PROJECT, KnownTest, reaching
 
@@ -150,33 +159,86 @@ def test_an_edit_moves_nothing_else_in_the_sample():
     assert before - after == {some}
 
 
-def test_what_is_known_holds_while_module_and_test_are_there(tmp_path):
+def mutant_of(module, change="a"):
+    return Mutant(module, 0, "f", (3, 3), change, "b")
+
+
+def test_what_is_noticed_is_known_while_the_module_is_the_same(tmp_path):
     module, name = "borecheck/contact/none.py", "tests/contact/test_none.py::test_a"
     texts = {module: "a = 1"}
     file = tmp_path / "state.jsonl"
-    State(file, texts).keep({"module": module, "change": "c", "by": name})
+    mutant = mutant_of(module)
+    State(file, texts).keep_noticed(mutant, name)
     again = State(file, texts)
-    assert again.noticed == {"c": name}
+    assert again.noticed == {mutant.change: name}
     assert State(file, {module: "a = 2"}).noticed == {}
-    again.tests["tests/contact/test_none.py"] = [KnownTest(name, 0.1, {})]
-    again.forget_by_tests_gone()
-    assert again.noticed == {"c": name}
-    again.tests.clear()
-    again.forget_by_tests_gone()
+    again.forget({"another"})
+    assert again.noticed == {mutant.change: name}
+    again.forget({name})
     assert again.noticed == {}
 
 
-def test_a_recording_holds_while_what_it_reaches_is_the_same(tmp_path):
+def test_tests_are_recorded_again_where_what_they_reach_is_asked_and_changed(
+    tmp_path, monkeypatch
+):
     module, other = VERDICT, "borecheck/contact/gradient.py"
-    row = {
-        "file": "tests/contact/test_verdict.py",
-        "tests": [["tests/contact/test_verdict.py::test_a", 0.1, {module: [3]}]],
-    }
+    file = "tests/contact/test_verdict.py"
+    tests = [KnownTest(f"{file}::test_a", 0.1, {module: frozenset({3})})]
     texts = {module: "a = 1", other: "b = 1"}
-    state = tmp_path / "state.jsonl"
-    State(state, texts).keep(row)
-    assert row["file"] in State(state, {**texts, other: "b = 2"}).tests
-    assert row["file"] not in State(state, {**texts, module: "a = 2"}).tests
+    kept, ran = tmp_path / "state.jsonl", []
+    State(kept, texts).keep_tests(file, tests)
+
+    def record(files, _modules):
+        ran.extend(files)
+        return tests
+
+    monkeypatch.setattr(judge, "record", record)
+    monkeypatch.setattr("studies.mutations.__main__.files_for", lambda module: (file,))
+    for change, mutated_one, again in (
+        ({}, module, False),
+        ({other: "b = 2"}, module, False),
+        ({module: "a = 2"}, other, False),
+        ({module: "a = 2"}, module, True),
+    ):
+        state = State(kept, {**texts, **change})
+        assert state.tests[file][0].lines == (
+            {} if module in change else tests[0].lines
+        )
+        ran.clear()
+        recorded([mutant_of(mutated_one)], state, texts)
+        assert ran == [file] * again
+        assert state.tests[file] == tests or not again
+
+
+def test_what_a_test_noticed_that_fails_anyway_is_not_noticed(monkeypatch):
+    state = State(None, {})
+    state.noticed = {"a": "t::fails", "b": "t::passes", "c": "no end, or a crash"}
+    monkeypatch.setattr(judge, "failing", lambda names: {"t::fails"} & set(names))
+    confirm(["b", "c"], state)
+    assert set(state.noticed) == {"a", "b", "c"}
+    confirm(["a", "b"], state)
+    assert set(state.noticed) == {"b", "c"}
+
+
+def test_tests_that_pass_are_those_that_run_and_fail_in_no_phase(monkeypatch):
+    names = ["tests/test_mutations.py::a", "tests/test_mutations.py::b", "gone.py::c"]
+
+    def pytest_run(files, plugin, *_more):
+        assert files == ["tests/test_mutations.py"]
+        for name, passed in ((names[0], True), (names[0], False), (names[1], True)):
+            plugin.pytest_runtest_logreport(SimpleNamespace(nodeid=name, passed=passed))
+        return 1
+
+    class Now:
+        def __init__(self, run, seconds):
+            self._found = run()
+
+        def wait(self):
+            return self._found
+
+    monkeypatch.setattr(judge, "_pytest", pytest_run)
+    monkeypatch.setattr(judge, "Child", Now)
+    assert judge.failing(names) == {names[0], names[2]}
 
 
 def test_tests_are_those_of_the_mirrored_room_the_modules_own_first():

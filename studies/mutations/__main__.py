@@ -16,7 +16,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -97,80 +97,107 @@ def own_files(module: str) -> tuple[str, ...]:
 
 
 class State:
-    """What is known from before, a line of JSON each."""
+    """What is known from before, a line of JSON each.
+
+    Attributes:
+        tests: By file, with the lines they reach of modules that are as they were.
+        changed: By file, modules that they reached and that are no longer the same.
+        noticed: By change, the test that noticed it.
+    """
 
     def __init__(self, file: Path | None, texts: dict[str, str]) -> None:
         self._file = file
         self._texts = texts
         self.tests: dict[str, list[KnownTest]] = {}
+        self.changed: dict[str, set[str]] = {}
         self.noticed: dict[str, str] = {}
         for row in self._rows():
-            if row["of"] != self._digest(row):
-                continue  # of another text
             if "tests" in row:
-                self.tests[row["file"]] = _tests(row["tests"])
-            else:
+                self._take(row)
+            elif row["of"] == self._digest(row["module"]):
                 self.noticed[row["change"]] = row["by"]
 
-    def keep(self, row: dict[str, Any]) -> None:
-        """Adds a line."""
+    def keep_noticed(self, mutant: Mutant, by: str) -> None:
+        """Remembers who noticed it."""
+        self.noticed[mutant.change] = by
+        row = {"module": mutant.module, "change": mutant.change, "by": by}
+        self._write({**row, "of": self._digest(mutant.module)})
+
+    def keep_tests(self, file: str, tests: list[KnownTest]) -> None:
+        """Remembers what tests reach."""
+        self.tests[file] = tests
+        self.changed.pop(file, None)
+        rows = [
+            [t.name, t.seconds, {m: sorted(hit) for m, hit in t.lines.items()}]
+            for t in tests
+        ]
+        reached = sorted({module for test in tests for module in test.lines})
+        of = {name: self._digest(name) for name in (file, *reached)}
+        self._write({"file": file, "tests": rows, "of": of})
+
+    def forget(self, tests: Collection[str]) -> None:
+        """What these noticed is not known."""
+        self.noticed = {k: by for k, by in self.noticed.items() if by not in tests}
+
+    def _take(self, row: dict[str, Any]) -> None:
+        file, of = row["file"], row["of"]
+        if of[file] != self._digest(file):
+            return
+        changed = {module for module in of if of[module] != self._digest(module)}
+        self.changed[file] = changed
+        self.tests[file] = [
+            KnownTest(
+                name,
+                seconds,
+                {m: frozenset(k) for m, k in hit.items() if m not in changed},
+            )
+            for name, seconds, hit in row["tests"]
+        ]
+
+    def _write(self, row: dict[str, Any]) -> None:
         if self._file is not None:
             with self._file.open("a") as stream:
-                stream.write(json.dumps({**row, "of": self._digest(row)}) + "\n")
-
-    def forget_by_tests_gone(self) -> None:
-        """What only a test noticed that is no longer there is not known."""
-        there = {test.name for tests in self.tests.values() for test in tests}
-        for change, by in list(self.noticed.items()):
-            if "::" in by and by not in there:
-                del self.noticed[change]
+                stream.write(json.dumps(row) + "\n")
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         if self._file is not None and self._file.is_file():
             for line in self._file.read_text().splitlines():
                 yield json.loads(line)
 
-    def _digest(self, row: dict[str, Any]) -> str:
-        """Of what a line depends on: a module, or tests and the modules they reach."""
-        if "module" in row:
-            text = self._texts.get(row["module"], "")
-        else:
-            file = PROJECT / row["file"]
+    def _digest(self, name: str) -> str:
+        """Of a module, or of a file of tests."""
+        text = self._texts.get(name)
+        if text is None:
+            file = PROJECT / name
             text = file.read_text() if file.is_file() else ""
-            reached = {name for _, _, hit in row["tests"] for name in hit}
-            own = [name for name in sorted(reached) if row["file"] in files_for(name)]
-            text += "".join(self._texts.get(name, "") for name in own)
         return sha256(text.encode()).hexdigest()[:16]
 
 
-def _tests(rows: list[Any]) -> list[KnownTest]:
-    return [
-        KnownTest(name, seconds, {m: frozenset(lines) for m, lines in hit.items()})
-        for name, seconds, hit in rows
-    ]
-
-
-def recorded(files: Sequence[str], state: State, texts: dict[str, str]) -> None:
-    """Runs every file of tests that is not known, unmutated."""
+def recorded(waiting: Sequence[Mutant], state: State, texts: dict[str, str]) -> None:
+    """Runs tests, unmutated, of which it is not known what they reach of a module."""
+    modules = dict.fromkeys(mutant.module for mutant in waiting)
+    files = dict.fromkeys(file for module in modules for file in files_for(module))
     for k, file in enumerate(files):
-        if file in state.tests:
-            continue
-        _tell(f"unmutated {k + 1}/{len(files)}: {file}")
-        found = judge.record([file], texts)
-        state.tests[file] = found
-        rows = [
-            [t.name, t.seconds, {m: sorted(hit) for m, hit in t.lines.items()}]
-            for t in found
-        ]
-        state.keep({"file": file, "tests": rows})
+        changed = state.changed.get(file, set()) & modules.keys()
+        if file not in state.tests or changed:
+            _tell(f"unmutated {k + 1}/{len(files)}: {file}")
+            state.keep_tests(file, judge.record([file], texts))
+
+
+def confirm(changes: Collection[str], state: State) -> None:
+    """Forgets what was noticed by tests that fail without any mutation, or are gone."""
+    by = {state.noticed[change] for change in changes if change in state.noticed}
+    names = sorted(name for name in by if "::" in name)
+    if names:
+        _tell(f"unmutated: {len(names)} tests that noticed something")
+        state.forget(judge.failing(names))
 
 
 def run(
-    chosen: Sequence[Mutant], state: State, texts: dict[str, str], jobs: int
+    asked: Sequence[Mutant], state: State, texts: dict[str, str], jobs: int
 ) -> None:
-    """Asks of every mutant that is not known to be noticed; `jobs` at a time."""
-    waiting = [m for m in chosen if m.change not in state.noticed]
-    waiting.sort(key=lambda m: (m.module in KERNELS, _cost(m, state, texts)))
+    """Asks of every mutant; `jobs` at a time."""
+    waiting = sorted(asked, key=lambda m: (m.module in KERNELS, _cost(m, state, texts)))
     running: list[tuple[Mutant, Child]] = []
     done = 0
     while waiting or running:
@@ -222,8 +249,7 @@ def _settle(mutant: Mutant, answer: dict[str, Any] | None, state: State) -> None
     if answer is not None and not answer["noticed"]:
         return
     by = "no end, or a crash" if answer is None else answer["by"]
-    state.noticed[mutant.change] = by
-    state.keep({"module": mutant.module, "change": mutant.change, "by": by})
+    state.keep_noticed(mutant, by)
 
 
 def report(chosen: Sequence[Mutant], state: State, out: Any) -> float:
@@ -268,10 +294,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.nice(NICE)
     judge.prepare()
     state = State(asked.state, texts)
-    files = dict.fromkeys(f for m in chosen for f in files_for(m.module))
-    recorded(list(files), state, texts)
-    state.forget_by_tests_gone()
-    run(chosen, state, texts, asked.jobs)
+    confirm([m.change for m in chosen], state)
+    waiting = [m for m in chosen if m.change not in state.noticed]
+    recorded(waiting, state, texts)
+    run(waiting, state, texts, asked.jobs)
+    confirm([m.change for m in waiting], state)
     return 0 if report(chosen, state, sys.stdout) >= 0.95 else 1
 
 

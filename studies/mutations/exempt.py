@@ -244,6 +244,9 @@ EQUIVALENT = {
     "inward <= -tolerance * length * float(np.linalg.norm(q - p))": (
         "at the bound of rounding; triangles of no area come to no crossing"
     ),
+    "borecheck/plans/needle_line.py _each: 1 -> 2 (#2)": (
+        "numpy takes any negative length of a shape for the one to be found"
+    ),
     "borecheck/plans/whole_arm.py _with_drive: "
     "not stations.driven or robot.needle is None -> not stations.driven": (
         "stations that are driven are those of a needle's own joint (`_stations`); the "

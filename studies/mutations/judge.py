@@ -166,6 +166,25 @@ class Chosen:
             self.noticed_by = report.nodeid
 
 
+class Passed(Chosen):
+    """A pytest plugin: which of the chosen tests pass."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        super().__init__(names)
+        self._failed: set[str] = set()
+        self._run: set[str] = set()
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        """After each phase."""
+        self._run.add(report.nodeid)
+        if not report.passed:
+            self._failed.add(report.nodeid)
+
+    def names(self) -> set[str]:
+        """Of those that ran and failed in none of their phases."""
+        return self._run - self._failed
+
+
 class Mutated(MetaPathFinder, SourceFileLoader):  # type: ignore[misc]
     """Finds one module, changed."""
 
@@ -224,6 +243,21 @@ def record(files: Sequence[str], modules: Iterable[str]) -> list[KnownTest]:
         KnownTest(name, seconds, {m: frozenset(lines) for m, lines in hit.items()})
         for name, seconds, hit in answer["tests"]
     ]
+
+
+def failing(names: Sequence[str]) -> set[str]:
+    """Which of some tests do not pass as everything is; run in a child."""
+
+    def run() -> dict[str, Any]:
+        passed = Passed(names)
+        files = dict.fromkeys(name.partition("::")[0] for name in names)
+        there = [file for file in files if (PROJECT / file).is_file()]
+        if there:  # else all of them would be run
+            _pytest(there, passed)
+        return {"passed": sorted(passed.names())}
+
+    answer = Child(run, 3600.0).wait()
+    return set(names) - set(answer["passed"] if answer else ())
 
 
 def judged(
