@@ -118,10 +118,10 @@ def broken_limits(
             continue
         limit, side = (lower, "below") if value < lower else (upper, "above")
         scale, unit = (math.degrees(1.0), "deg") if name in angles else (1e3, "mm")
-        phrases.append(
-            f"{name} = {scale * value:.3f} {unit} is {side} its limit "
-            f"{scale * limit:.3f} {unit}"
-        )
+        told, bound = f"{scale * value:.3f}", f"{scale * limit:.3f}"
+        if told == bound:  # beyond by less than is shown
+            told, bound = f"{scale * value:.12g}", f"{scale * limit:.12g}"
+        phrases.append(f"{name} = {told} {unit} is {side} its limit {bound} {unit}")
     return tuple(phrases)
 
 

@@ -23,8 +23,10 @@ def read_series(path: Path) -> Series:
     """
     try:
         lines = path.read_text(encoding="utf-8-sig").rstrip().splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"cannot be read ({error})") from error
+    except OSError as error:
+        raise ValueError(f"cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"cannot be read as text: {error}") from error
     header = tuple(word.strip() for word in lines[0].split(",")) if lines else ()
     if header != HEADER:
         raise ValueError(f"line 1: the header must be {','.join(HEADER)}")

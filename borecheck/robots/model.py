@@ -156,10 +156,11 @@ class RobotModel:
             value = positions[joint.name]
             if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
                 unit = "m" if joint.type == "prismatic" else "rad"
-                broken.append(
-                    f"{joint.name} = {value:.6g} {unit} is outside "
-                    f"[{lower:.6g}, {upper:.6g}]{_other_unit(joint, value)}"
-                )
+                limits = f"[{lower:.6g}, {upper:.6g}]{_other_unit(joint, value)}"
+                told = f"{value:.6g}"
+                if told in (f"{lower:.6g}", f"{upper:.6g}"):  # beyond by less
+                    told = f"{value:.12g}"
+                broken.append(f"{joint.name} = {told} {unit} is outside {limits}")
         if broken:
             raise JointLimitError(f"{self.name}: " + "; ".join(broken))
         return q

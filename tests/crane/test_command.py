@@ -163,7 +163,8 @@ def test_a_bad_series_is_one_line(text, message, tmp_path):
         (("coupling", "--series", "x.csv", "--seed", "1"), "--seed is for simulated"),
         (("control", "--pictures", ".", "--out", "angle.svg"), "name the same file"),
         (("control", "--pictures", "no/such"), "no such directory"),
-        (("coupling", "--series", "no/such.csv"), "cannot be read"),
+        (("coupling", "--series", "no/such.csv"), "cannot be read: No such file"),
+        (("coupling", "--series", "."), "cannot be read: Is a directory"),
     ],
 )
 def test_what_makes_no_sense_is_refused(words, message):

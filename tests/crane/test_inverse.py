@@ -176,6 +176,8 @@ def test_limits_include_their_ends():
         assert not within_limits(beyond)
         (phrase,) = broken_limits(beyond)
         assert phrase.startswith(f"{name} = ")
+        numbers = [float(w) for w in phrase.split() if w[:1].isdigit()]
+        assert numbers[-2] > numbers[-1]  # what is beyond is told beyond
 
 
 @pytest.mark.parametrize(

@@ -49,6 +49,8 @@ def test_limits_of_mimic_joints_count_too():
 def test_a_joint_beyond_its_limit_is_named_and_not_clipped():
     with pytest.raises(JointLimitError, match=r"j = 2\.5 rad is outside \[-2, 2\]"):
         model_of("two_link").check_limits([2.5])
+    with pytest.raises(JointLimitError, match=r"j = 2\.00000001 rad is outside"):
+        model_of("two_link").check_limits([2.00000001])
 
 
 @pytest.mark.parametrize("q", [[], [1.0, 2.0], [np.nan], [[1.0]]])
