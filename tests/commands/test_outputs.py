@@ -72,6 +72,10 @@ def filled(actions):
             yield str(next(iter(action.choices))) if action.choices else "x.csv"
 
 
+# What a command asks for without its parser saying so, or not for every choice.
+ASKED_TOO = {"setup": ["--plan", "x.csv"]}
+
+
 @pytest.mark.parametrize(("words", "options"), list(asked_for()))
 def test_two_outputs_are_never_one_file(words, options, tmp_path, capsys, monkeypatch):
     """Neither by another way to the folder, nor by a link."""
@@ -82,6 +86,7 @@ def test_two_outputs_are_never_one_file(words, options, tmp_path, capsys, monkey
         words = ["crane", "registration"]  # no other study has it
     if words[0] == "route" and "--out" not in options:
         words = [*words, "--out", "other.csv"]  # a certificate asks for it
+    words = [*words, *ASKED_TOO.get(words[0], [])]
     same = [options[0], "folder/../same.csv", options[1], "link.csv"]
     assert main([*words, *same]) == 2
     (line,) = capsys.readouterr().err.splitlines()
