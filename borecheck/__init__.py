@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from borecheck.contact.compare import compare as compare
     from borecheck.contact.many_poses import first_contacts as first_contacts
     from borecheck.contact.queries import queries as queries
+    from borecheck.directions.ask import directions as directions
     from borecheck.errors import BorecheckError as BorecheckError
     from borecheck.geometry.tree.mesh_tree import MeshTree as MeshTree
     from borecheck.geometry.tree.pair import Pair as Pair
@@ -51,6 +52,7 @@ _HOMES = {
     "check_plans": "borecheck.api:check_plans",
     "check_path": "borecheck.report.pictured:check_path",
     "compare": "borecheck.contact.compare:compare",
+    "directions": "borecheck.directions.ask:directions",
     "fk": "borecheck.api:fk",
     "first_contacts": "borecheck.contact.many_poses:first_contacts",
     "inverse": "borecheck.api:inverse",

@@ -35,6 +35,7 @@ COMMANDS = {
     "check": ("borecheck.commands.check", "will the robot touch anything?"),
     "setup": ("borecheck.commands.setup", "the best configuration for a needle"),
     "route": ("borecheck.commands.route", "a certified way to a plan or pose"),
+    "directions": ("borecheck.commands.directions", "which way in is clear, proven"),
     "compare": ("borecheck.commands.compare", "where do contact checkers differ, why?"),
     "calibrate": ("borecheck.commands.calibrate", "identify a serial arm's axes"),
     "report": ("borecheck.commands.report", "a result as one HTML page"),

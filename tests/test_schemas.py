@@ -53,6 +53,13 @@ def commands(folder):
         "way": ("check", ["route", ARM, block, "--to", "j=20deg"]),
         "no way": ("route", ["route", ARM, near, "--to", "j=20deg"]),
         "setup": ("setup", ["setup", "zerobot", "ct_gantry", "--plan", plans]),
+        "directions": (
+            "directions",
+            [
+                *("directions", "zerobot", "ct_gantry", "--target", "0,0,-50mm"),
+                *("--resolution", "8deg", "--asked", "0,0,0"),
+            ],
+        ),
         "compare": ("compare", ["compare", ARM, near, "--random", "2"]),
         "fk": ("fk", ["fk", ARM, "--random", "2", "--seed", "1"]),
         "robots": ("robots", ["robots"]),

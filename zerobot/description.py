@@ -80,6 +80,7 @@ DESCRIPTION = RobotDescription(
     forward="zerobot.kinematics:forward",
     inverse="zerobot.kinematics:inverse",
     dimensions="zerobot.kinematics:dimensions",
+    about_target="zerobot.directions:about_target",
     closed_form_arguments=(
         "mount",
         "needle_length",

@@ -381,6 +381,42 @@ class MovingLinks:
         comes_near(*self._trees, *of_poses, near, which)
         return near, which
 
+    def farther_than(
+        self, placements: ArrayLike, lengths: ArrayLike, enough: float = 0.0
+    ) -> Floats:
+        """Bounds of the distance of every pair, as far as a length needs, (n, p, 2).
+
+        (0, 0) where they meet by the exact predicate. Lower is above its length where
+        they are surely farther apart. Upper bounds the distance where something as near
+        was met, and is infinite elsewhere.
+
+        Args:
+            placements: As in `first_pairs`.
+            lengths: Above 0, (n, p), [m]; NaN: not asked, and answered by NaN.
+            enough: Below all lengths, [m]: of what is so near nothing nearer is sought.
+        """
+        placements = self._checked(placements)
+        lengths = np.asarray(lengths, np.float64)
+        asked = lengths > 0.0
+        # Distances that cannot be told from the length are looked at as well.
+        limits = np.where(asked, lengths * (1.0 + 1e-9), 0.0)
+        answers = np.tile(np.array(bvh_clearance.NO_ANSWER), (*lengths.shape, 1))
+        answers[..., bvh_clearance.UPPER] = limits
+        moving = self.T_world_others is None
+        others = placements if moving else self.T_world_others
+        of_poses = placements, others, moving, 0, len(placements), self._depths, 1.0
+        bvh_clearance.nearest(*self._trees, *of_poses, math.inf, enough, answers)
+        upper = answers[..., bvh_clearance.UPPER]
+        lower = np.minimum(answers[..., bvh_clearance.LOWER], upper)
+        bounds = np.stack([lower, np.where(upper < limits, upper, np.inf)], axis=-1)
+        # Triangles may meet although their edges are far from each other.
+        seen = asked & (answers[..., bvh_clearance.EXAMINED] > 0.0)
+        for k in np.flatnonzero(seen.any(axis=0)):
+            rows = np.flatnonzero(seen[:, k])
+            alone = replace(self, pairs=self.pairs[k : k + 1])
+            bounds[rows[alone.first_contacts(placements[rows])], k] = 0.0
+        return np.where(asked[..., None], bounds, np.nan)
+
     @cached_property
     def triangle_pairs(self) -> int:
         """How many pairs of triangles there are in all pairs of meshes."""

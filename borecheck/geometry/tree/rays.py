@@ -8,8 +8,10 @@ than what float32 boxes, the turned centre and the placing of corners are off by
 together (`tree.boxes`: 32 u of the sizes, with u = 2**-24).
 """
 
+import numpy as np
+
 from borecheck.geometry.kernels.compile import INLINE, kernel
-from borecheck.geometry.tree.boxes import EXTENT, ROOT, turn
+from borecheck.geometry.tree.boxes import EXTENT, ROOT, motion_of, turn
 from borecheck.geometry.tree.build import CHILD_ROW, WIDTH
 from borecheck.geometry.triangles.placing import place_triangle
 from borecheck.geometry.triangles.published import triangle_row
@@ -102,3 +104,22 @@ def placed_crossings(  # type: ignore[no-untyped-def]
             winding += crossed
             count += abs(crossed)
     return winding, count
+
+
+@kernel
+def windings(points, nodes, frames, depth, corners):  # type: ignore[no-untyped-def]
+    """Winding number of one tree, where it is, round each of points (n, 3), (n,).
+
+    ON_SURFACE of points on a triangle.
+    """
+    found = np.empty(len(points), np.int64)
+    children, stack = nodes.view(np.int32), np.empty(WIDTH * (depth + 2), np.int64)
+    T = np.zeros((3, 4))
+    for d in range(3):
+        T[d, d] = 1.0
+    for k in range(len(points)):
+        p = (points[k, 0], points[k, 1], points[k, 2])
+        found[k], _ = placed_crossings(
+            p, nodes, children, corners, frames, 0, T, motion_of(T), True, stack
+        )
+    return found

@@ -15,7 +15,14 @@ from typing import Any
 from borecheck.errors import BorecheckError, UsageError
 from borecheck.robots.description.records import Description, RobotDescription
 
-HOOKS = ("meshes", "forward", "inverse", "dimensions", "family")
+HOOKS = (
+    "meshes",
+    "forward",
+    "inverse",
+    "dimensions",
+    "family",
+    "about_target",
+)
 
 
 def hook(reference: str) -> Callable[..., Any]:

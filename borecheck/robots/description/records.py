@@ -148,6 +148,9 @@ class RobotDescription(Description):
         dimensions: Hook `dimensions(**arguments) -> {name: value}` of the closed form.
         family: Hook `family(**arguments)` of a redundant arm: all configurations for a
             needle by coordinates of their own; or None.
+        about_target: Hook `about_target(**arguments)` that gives the robot's chart of
+            needle directions and bounds about a target, see docs/directions.md; or
+            None.
         closed_form_arguments: Names of the xacro arguments the closed form takes.
         insertion_joint: The joint that drives the needle, or None.
     """
@@ -165,6 +168,7 @@ class RobotDescription(Description):
     inverse: str | None = None
     dimensions: str | None = None
     family: str | None = None
+    about_target: str | None = None
     closed_form_arguments: tuple[str, ...] = ()
     insertion_joint: str | None = None
 

@@ -1,0 +1,1 @@
+"""Which needle directions to a target are clear, proven over continuous cells."""
