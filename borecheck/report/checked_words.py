@@ -8,6 +8,8 @@ from borecheck.report.case_words import case_lines
 
 # Bodies with a line of their own; of more, the last line tells how many there are.
 MOST_BODIES = 4
+# Taken by default, and not said then.
+USUAL = {"margin_kind": "offset", "checker": "exact", "pruning": "bvh"}
 # Which come first.
 ROLES = ("patient", "scanner", "couch", "other")
 
@@ -63,11 +65,15 @@ def _extent(found: Sequence[Mapping[str, Any]]) -> str:
 
 
 def asked(document: Mapping[str, Any]) -> str:
-    """Margin, corridor, checker and pruning."""
-    margin = document["margin_m"]
-    kept = f"margin {_tenths(1e3 * margin)} mm ({document['margin_kind']})"
+    """Margin, corridor, and what is not as it is by default: kind, checker, pruning."""
+    margin, kind = document["margin_m"], document["margin_kind"]
+    kept = f"margin {_tenths(1e3 * margin)} mm"
+    if kind != USUAL["margin_kind"]:
+        kept += f" ({kind})"
     words = [kept if margin else "no margin"]
-    words.append(f"checker {document['checker']}, pruning {document['pruning']}")
+    for name in ("checker", "pruning"):
+        if document[name] != USUAL[name]:
+            words.append(f"{name} {document[name]}")
     checked = document.get("checked", {})
     corridor, needle = checked.get("corridor_m"), checked.get("needle")
     if corridor is not None:

@@ -11,6 +11,7 @@ from borecheck.report.figures import clearance_plot
 from borecheck.report.motion_words import motion_lines
 from borecheck.report.pictures import Subject, pictures_at
 from borecheck.report.probability_words import lines as probability_lines
+from borecheck.report.way_words import way_out_words
 
 CHECKERS = {
     "exact": "the sign of every determinant is exact; touching counts as contact",
@@ -83,7 +84,7 @@ def _motion(
         "at": _instant(block) if reachable else None,
         "said": [*half_lines(block), *(motion_lines(block) if path else [])],
         "links": _links(poses) if reachable else [],
-        "touching": _touching(poses[worst]) if reachable else [],
+        "touching": _touching(poses[worst], block) if reachable else [],
         "margin": document["margin_m"],
         "probability": probability_lines(block),
         "certificate": block.get("certificate"),
@@ -132,13 +133,23 @@ def _links(poses: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return sorted(rows, key=lambda row: float(row["clearance"]))
 
 
-def _touching(pose: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Pairs of parts in contact at a pose, with their triangles."""
+def _touching(
+    pose: Mapping[str, Any], block: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """Pairs of parts in contact at a pose, with their triangles and their way out."""
+    told = {(row["link"], row["obstacle"]): row for row in block.get("touching", ())}
     found: dict[tuple[str, str], dict[str, Any]] = {}
     for k, pair in enumerate([*pose["contacts"], *pose["self_contacts"]]):
         names = (pair["link"], pair["obstacle"])
         row = found.setdefault(
-            names, {"link": names[0], "obstacle": names[1], "first": k, "pairs": []}
+            names,
+            {
+                "link": names[0],
+                "obstacle": names[1],
+                "first": k,
+                "pairs": [],
+                "way": way_out_words(told.get(names, {})),
+            },
         )
         row["pairs"].append((pair["link_triangle"], pair["obstacle_triangle"]))
     return sorted(found.values(), key=lambda row: -len(row["pairs"]))

@@ -16,6 +16,7 @@ from borecheck.report.motion_words import at_least, motion_lines
 from borecheck.report.probability_words import cells as probability_cells
 from borecheck.report.probability_words import lines as probability_lines
 from borecheck.report.route_words import route_lines
+from borecheck.report.way_words import point_mm, way_out_words
 
 # As many rows as fit on a screen; the JSON holds all of them.
 SHOWN = 10
@@ -164,9 +165,16 @@ def _contact_lines(document: Mapping[str, Any]) -> list[Block]:
     lines: list[Block] = []
     if rows:
         lines.append("")
-        cells = [("link", "touches", "triangle pairs", "place in mm")]
+        heads = ("link", "touches", "triangle pairs", "place in mm", "way out in mm")
+        cells: list[tuple[str, ...]] = [heads]
         cells += [
-            (row["link"], row["obstacle"], f"{row['pairs']:,}", _place(row["place_m"]))
+            (
+                row["link"],
+                row["obstacle"],
+                f"{row['pairs']:,}",
+                point_mm(row["place_m"]),
+                way_out_words(row),
+            )
             for row in rows[:SHOWN]
         ]
         lines.append(Table(cells))
@@ -176,11 +184,6 @@ def _contact_lines(document: Mapping[str, Any]) -> list[Block]:
     for found in document["contained"]:
         lines.append(f"  {found['link']}, {found['obstacle']}: {found['reason']}")
     return lines
-
-
-def _place(point: Sequence[float]) -> str:
-    """A point of the scanner's frame in millimetres; no tenth of one is -0."""
-    return "(" + ", ".join(f"{round(1e3 * x, 1) + 0.0:.1f}" for x in point) + ")"
 
 
 def _warning_lines(document: Mapping[str, Any]) -> list[str]:

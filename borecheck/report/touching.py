@@ -1,7 +1,8 @@
 """Where robot and surroundings touch: a row per pair of parts, with a place.
 
 The place is a point of the contact for looking there, no measure of its depth: of the
-points that triangles in contact have in common, the one in their midst.
+points that triangles in contact have in common, the one in their midst. The way out
+parts these two and says nothing of others.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.contact.way_out import Placed, way_out
 from borecheck.report.display import contact_corners
 
 if TYPE_CHECKING:
@@ -21,6 +23,8 @@ Record = Mapping[str, Any]
 
 # Triangle pairs of one pair of parts that are looked at for a place.
 MOST_LOOKED_AT = 500
+# Pairs of parts whose way out is looked for: those that a text shows.
+MOST_WAYS = 10
 
 
 def touching(
@@ -35,10 +39,11 @@ def touching(
 
     Returns:
         `link`, `obstacle`, `pairs` (how many of triangles) and `place_m`, scanner's
-        frame.
+        frame; of the first rows `way_out_m`, a shift of the link that parts both, or
+        null if none was found.
     """
     pose = telling_pose(block)
-    rows = []
+    rows: list[dict[str, Any]] = []
     for key in ("contacts", "self_contacts"):
         groups = _by_parts(pose[key])
         if not groups:
@@ -47,15 +52,30 @@ def touching(
         for names, pairs in groups:
             some = pairs[:: -(-len(pairs) // MOST_LOOKED_AT)]
             corners = contact_corners(robot, scene, placed, some)
-            rows.append(
-                {
-                    "link": names[0],
-                    "obstacle": names[1],
-                    "pairs": len(pairs),
-                    "place_m": place(corners).tolist(),
-                }
-            )
+            row = {
+                "link": names[0],
+                "obstacle": names[1],
+                "pairs": len(pairs),
+                "place_m": place(corners).tolist(),
+            }
+            if len(rows) < MOST_WAYS:
+                margin = pose["margin_m"] if key == "contacts" else 0.0
+                surfaces = _placed(robot, scene, placed, names)
+                shift = way_out(*surfaces, corners, margin)
+                row["way_out_m"] = None if shift is None else shift.tolist()
+            rows.append(row)
     return rows
+
+
+def _placed(
+    robot: "Robot", scene: "Scene", placed: Mapping[str, Array], names: tuple[str, str]
+) -> tuple[Placed, Placed]:
+    """Two parts, or a part and an obstacle, where they stand."""
+    there = {
+        part.mesh.name: Placed(part.mesh, placed[part.link]) for part in robot.parts
+    }
+    around = {o.name: Placed(o.mesh, np.eye(4)) for o in scene.obstacles}
+    return there[names[0]], around.get(names[1]) or there[names[1]]
 
 
 def telling_pose(block: Mapping[str, Any]) -> Mapping[str, Any]:

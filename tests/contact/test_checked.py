@@ -50,7 +50,7 @@ def test_robot_obstacle_and_patient_are_told_with_size_and_place(capsys, folder)
         f"checked: robot {ROBOT}, base at (100, 0, 0) mm turned by (0, 0, 45) deg",
         "  patient b: 200 x 300 x 400 mm about (-700, 10, 0) mm",
         "  obstacle a: 300 x 200 x 400 mm about (500, 0, 600) mm",
-        "  margin 2 mm (offset), checker exact, pruning bvh",
+        "  margin 2 mm",
     ]
     about = document["checked"]
     assert [body["role"] for body in about["bodies"]] == ["other", "patient"]

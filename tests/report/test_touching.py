@@ -70,3 +70,19 @@ def test_the_text_is_a_row_for_each_pair_of_parts(capsys, wall):
     (line,) = [li for li in text.splitlines() if li.startswith(f"{row['link']} ")]
     assert f"{row['obstacle']} " in line
     assert f"{1e3 * x:.1f}" in line
+    assert "none found within 50 mm" in line  # the plate is 0.4 m wide
+
+
+def test_what_is_moved_by_the_way_out_is_clear(capsys, wall):
+    """Asked again by the command: the plate goes back by what the link would go."""
+    at = (0.247, 0.0, 0.0)
+    place = ",".join(str(x) for x in at)
+    told = json.loads(_check(capsys, f"{wall}@{place}", "--format", "json"))
+    (row,) = told["touching"]
+    shift = np.array(row["way_out_m"])
+    assert 0.002 < np.linalg.norm(shift) < 0.004  # 3 mm deep into the cylinder
+    place = ",".join(f"{x:.4f}" for x in at - shift)
+    again = json.loads(_check(capsys, f"{wall}@{place}", "--format", "json"))
+    assert again["verdict"] == "clear"
+    words = f"by ({', '.join(f'{1e3 * x + 0.0:.1f}' for x in shift)})"
+    assert words in _check(capsys, f"{wall}@{','.join(map(str, at))}")
