@@ -236,6 +236,9 @@ EQUIVALENT = {
     "plan is not None": ("where one of them is None alone, that was told before"),
     "borecheck/verify/binding.py _names: plan is not None and other is not None -> "
     "other is not None": ("where one of them is None alone, that was told before"),
+    "borecheck/verify/statement.py Surface.box: 1 -> 2": (
+        "numpy takes any negative length of a shape for the one to be found"
+    ),
     "borecheck/plans/skin.py distance_to: 1 -> 2 (#2)": (
         "a point as a triangle of three like corners: any of them may be named twice"
     ),

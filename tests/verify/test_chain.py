@@ -264,6 +264,8 @@ def tree(*parents: int, fixed: tuple[int, ...] = ()) -> Chain:
         # what is fixed to the world is one body
         (tree(-1, -1, 1, fixed=(0, 1)), [0, 1, 2], set()),
         (tree(-1, -1), [0, 1], {(0, 1)}),
+        # the first link moves against it, and is its neighbour
+        (tree(-1, -1, 0, fixed=(1,)), [0, 1, 2], {(1, 2)}),
     ],
 )
 def test_who_must_be_examined(
