@@ -66,6 +66,20 @@ def test_nearly_parallel_edges_are_not_said_to_be_farther(size: float) -> None:
     assert worst < 1e-13
 
 
+def test_a_pair_is_answered_whatever_it_is_asked_with() -> None:
+    """Small triangles beside far larger ones, of either side: bounds as alone."""
+    rng = np.random.default_rng(5)
+    small = 1e-3 * rng.normal(size=(2, 20, 3, 3))
+    small[1] += [0.0, 0.0, 5e-3]
+    alone = lower_bounds(*small)
+    for side in (0, 1):
+        large = np.zeros((2, 1, 3, 3))
+        large[side] = 1e6 * rng.normal(size=(1, 3, 3))
+        together = lower_bounds(*np.concatenate([small, large], axis=1))
+        # lengths of millimetres are rounded by 1e-18
+        np.testing.assert_allclose(together[:-1], alone, rtol=0.0, atol=1e-17)
+
+
 def test_groups_drop_nothing_that_is_near() -> None:
     rng = np.random.default_rng(4)
     a, b = sphere("a", 0.1), box("b", [0.1, 0.2, 0.3])
