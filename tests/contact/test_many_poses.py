@@ -1,12 +1,14 @@
 import copy
 import gc
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import borecheck as bc
 from borecheck.contact.pose_batch import PoseBatch, prepared
+from borecheck.contact.pose_book import FREE
 from borecheck.errors import JointLimitError, UsageError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
@@ -102,3 +104,23 @@ def test_copies_answer_from_their_own_arrays(zerobot, ct_gantry, rng, copied):
     del batch
     gc.collect()
     np.testing.assert_array_equal(twin.ask(qs).which, expected)
+
+
+def test_every_array_is_laid_out_with_all_that_it_holds(zerobot, ct_gantry):
+    """Rows of numbers, of boxes, and placements of what stands, in the one pose."""
+    batch = PoseBatch(zerobot, ct_gantry)
+    groups = batch._book._groups
+    arrays = [array for group in groups for array in group]
+    standing = (groups[2].standing, groups[3].standing)
+    assert [a.shape[1] for a in standing] == [len(ct_gantry.obstacles), 0]
+    for array, rows in zip(arrays, batch._book.entries[1::2], strict=True):
+        each = 16 if any(array is a for a in standing) else np.prod(array.shape[1:])
+        assert rows * each == array.size
+
+
+def test_a_robot_without_shapes_touches_nothing(zerobot, ct_gantry):
+    batch = PoseBatch(replace(zerobot, parts=()), ct_gantry)
+    assert batch.frames.dtype == np.int64  # numbers of frames, of none too
+    qs = np.array([zerobot.home] * 2)
+    assert batch.placements(qs).shape == (2, 0, 4, 4)
+    assert batch.ask(qs).states.tolist() == [FREE, FREE]
