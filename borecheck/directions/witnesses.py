@@ -155,19 +155,24 @@ class Witnesses:
     def _is_deep(self, obstacle: int, at: Array, spare: Array) -> Bools:
         """Whether points (n, 3) are deeper than -spare, or nearer than spare, (n,)."""
         mesh = self._setup.scene.obstacles[obstacle].mesh.inner
-        lengths = np.abs(spare) + RESERVE
-        T = np.tile(np.eye(4), (len(at), 1, 1, 1))
-        T[:, 0, :3, 3] = at
-        bounds = self._tree(obstacle).farther_than(T, lengths[:, None])[:, 0]
-        near = (spare > 0.0) & (bounds[:, 1] <= spare)
-        if not surface(mesh).topology.is_closed:
-            return near
-        deep = (bounds[:, 0] > lengths) | (spare > 0.0)
-        asked = np.flatnonzero(deep & ~near)
-        tree = surface(mesh).tree
-        inside = windings(at[asked], tree.nodes, tree.frames, tree.depth, tree.corners)
-        near[asked] = inside != 0
-        return near
+        inside = np.zeros(len(at), np.bool_)
+        if surface(mesh).topology.is_closed:
+            tree = surface(mesh).tree
+            of_tree = tree.nodes, tree.frames, tree.depth, tree.corners
+            inside = windings(at, *of_tree) != 0
+        proven = inside & (spare > 0.0)
+        # what is inside may be deep enough, what is outside near enough
+        asked = np.flatnonzero(inside ^ (spare > 0.0))
+        if len(asked):
+            lengths = np.abs(spare[asked]) + RESERVE
+            T = np.tile(np.eye(4), (len(asked), 1, 1, 1))
+            T[:, 0, :3, 3] = at[asked]
+            least = float(lengths.min())
+            bounds = self._tree(obstacle).farther_than(T, lengths[:, None], least)[:, 0]
+            deep = inside[asked] & (bounds[:, 0] > lengths)
+            near = ~inside[asked] & (bounds[:, 1] <= spare[asked])
+            proven[asked] = deep | near
+        return proven
 
     def _tree(self, obstacle: int) -> MovingLinks:
         """A point against an obstacle."""
