@@ -179,10 +179,10 @@ def test_targets_off_by_the_error_are_clear(robot, scene):
         assert not asked.touches(poses_of(robot, plan)).any()
 
 
-def test_a_mirrored_scene_has_the_mirrored_map(robot, found, tmp_path):
+def test_a_mirrored_scene_has_the_mirrored_map(robot, scene):
     """Mount -90 is the robot turned half round z: so is the scene, then."""
     turned = np.diag([-1.0, -1.0, 1.0])
-    scene = bc.load_scene("ct_gantry")
+    found = bc.directions(robot, scene, TARGET, resolution="4deg")
     half = [
         type(o)(o.name, o.role, o.mesh.moved(_pose(turned)), o.source, o.doubt)
         for o in scene.obstacles
@@ -192,10 +192,10 @@ def test_a_mirrored_scene_has_the_mirrored_map(robot, found, tmp_path):
         bc.load_robot("zerobot", mount="-90"),
         bare.with_obstacles(half),
         turned @ np.array(TARGET),
-        resolution="2deg",
+        resolution="4deg",
     )
     for name, share in found.shares.items():
-        assert other.shares[name] == pytest.approx(share, abs=2e-3)
+        assert other.shares[name] == pytest.approx(share, abs=4e-3)
     limits = found.setup.chart.limits
     points = np.random.default_rng(RNG).uniform(limits[0], limits[1], (200, 2))
     differ = 0
