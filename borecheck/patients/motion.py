@@ -1,0 +1,71 @@
+"""How the patient may move while the robot does, and what lies on him: swept cells."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from borecheck.core.patient_frame import scanner_from_patient
+from borecheck.patients.beyond import Extended
+from borecheck.patients.raster import Cells
+from borecheck.patients.volume import Array, Volume
+
+BREATHING, SAG, COVER = "breathing", "couch sag", "cover"
+
+_ANTERIOR = np.array([0.0, -1.0, 0.0])  # LPS
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A way by which every part of the body may be displaced.
+
+    Attributes:
+        kind: BREATHING (forwards), SAG (downwards) or COVER (upwards).
+        length: [mm].
+    """
+
+    kind: str
+    length: float
+
+    def way(self, volume: Volume) -> Array:
+        """The displacement along the slices' axes, (3,), [mm]."""
+        R_scanner_lps = scanner_from_patient("LPS", volume.position or "HFS")
+        up = R_scanner_lps.T @ np.array([0.0, 0.0, 1.0])
+        direction = {BREATHING: _ANTERIOR, SAG: -up, COVER: up}[self.kind]
+        return np.asarray(volume.axes @ direction * self.length)
+
+    @property
+    def told(self) -> str:
+        """In words."""
+        way = {BREATHING: "forwards", SAG: "downwards", COVER: "upwards"}[self.kind]
+        return f"{self.kind}: the obstacle holds the body moved {way} by 0 to {self.length:g} mm"
+
+
+def swept(whole: Extended, ways: Sequence[tuple[Array, Motion]]) -> Extended:
+    """Cells of the body at every place of its motions, one motion after the other."""
+    for way, _ in ways:
+        size = whole.raster.size
+        steps = max(1, ceil(float(np.abs(way / size).max())))
+        room = tuple(int(n) for n in (np.ceil(np.abs(way) / size) + 1)[::-1])
+        raster = whole.raster.padded(room, room)
+        assumed = np.pad(whole.assumed, [(n, n) for n in room])
+        cells, still = raster.cells.copy(), assumed.copy()
+        for k in range(1, steps + 1):
+            by = way / size * (k / steps)
+            cells |= _moved(raster.cells, by)
+            still |= _moved(assumed, by)
+        seen = cells & ~still
+        whole = Extended(raster.with_cells(cells), cells & ~seen)
+    return whole
+
+
+def _moved(cells: Cells, by: Array) -> Cells:
+    """Cells moved by a part of a cell (u, v, w): every cell that they reach into."""
+    found = np.zeros_like(cells)
+    options = [sorted({int(np.floor(x + 1e-9)), int(np.ceil(x - 1e-9))}) for x in by]
+    for u in options[0]:
+        for v in options[1]:
+            for w in options[2]:
+                found |= np.roll(cells, (w, v, u), axis=(0, 1, 2))
+    return found
