@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from borecheck.commands.options.allowed import allowances
 from borecheck.commands.options.needle import with_needle
 from borecheck.commands.options.outside import add_allow_outside
+from borecheck.commands.options.scan import add_patient_ct, with_scans
 from borecheck.core.units import parse_joint_value, parse_pair, parse_pose
 from borecheck.errors import PlanError, UnknownNameError, UsageError
 from borecheck.robots.description import LEVELS
@@ -111,6 +112,7 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="a patient's surface, FILE[:unit][:frame][@pose] (repeatable)",
     )
+    add_patient_ct(parser)
 
 
 def add_output(parser: argparse.ArgumentParser) -> None:
@@ -147,7 +149,7 @@ def load_surroundings(args: argparse.Namespace) -> "Scene":
     """The scene that the options name."""
     from borecheck.robots.scene import scene_with
 
-    return scene_with(
+    scene = scene_with(
         args.scene,
         pairs(args.scene_arg, "--scene-arg"),
         args.level,
@@ -155,6 +157,7 @@ def load_surroundings(args: argparse.Namespace) -> "Scene":
         args.patient,
         roots_of(args),
     )
+    return with_scans(args, scene)
 
 
 def random_count(args: argparse.Namespace) -> int:

@@ -4,13 +4,32 @@ Everything is worked out on this machine, and nothing that names a person is rea
 """
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from borecheck.commands.options.patient_place import add_patient_place
+from borecheck.commands.options.scan import (
+    add_shape,
+    scan_of,
+    scan_place,
+    shown,
+    stated,
+    wishes_of,
+)
 from borecheck.commands.output import emit, refuse_outputs
+from borecheck.core.whole_files import check_writable, same_file
+from borecheck.errors import UsageError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from borecheck.patients.obstacle import PatientObstacle
     from borecheck.patients.volume import Volume
+
+# What an STL of ours begins with.
+_OURS = b"borecheck"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,12 +44,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--list", action="store_true", help="the series of a folder, and nothing else"
     )
     parser.add_argument(
-        "--series", metavar="UID|N", help="which series to read (default: the longest)"
-    )
-    parser.add_argument(
         "--geometry-only",
         action="store_true",
         help="read and judge the scan, make no surface",
+    )
+    add_shape(parser)
+    add_patient_place(parser)
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="SKIN.stl",
+        help="write the obstacle there, in metres, in the scanner's frame",
     )
     parser.add_argument(
         "--format", choices=("text", "json"), default="text", help="form of the result"
@@ -47,43 +71,102 @@ def run(args: argparse.Namespace) -> int:
     """Reads the scan; 0 if it can be used."""
     from borecheck.commands.exit_status import ExitStatus
     from borecheck.commands.progress import Progress
-    from borecheck.patients.reading import list_series, read_volume
+    from borecheck.patients.reading import list_series
     from borecheck.report.document import header
     from borecheck.report.patient_words import listed, patient_text
 
-    refuse_outputs(args, "result")
-    args.out, args.report = args.result, None
+    _refuse_outputs(args)
     begun = {**header("patient", args.argv, args.date), "file": str(args.scan)}
     if args.list:
         found = list_series(args.scan, Progress("files"))
-        emit(args, {**begun, "series": found}, listed)
+        _emit(args, {**begun, "series": found}, listed)
         return ExitStatus.CLEAN
-    volume = read_volume(args.scan, args.series, Progress("files"))
-    emit(args, {**begun, **_judged(volume)}, patient_text)
+    volume = scan_of(args, args.scan)
+    if args.geometry_only:
+        _emit(args, {**begun, **_judged(volume)}, patient_text)
+        return ExitStatus.CLEAN
+    _emit(args, {**begun, **_made(args, volume)}, patient_text)
     return ExitStatus.CLEAN
+
+
+def _refuse_outputs(args: argparse.Namespace) -> None:
+    """Outputs that cannot be written, before any work is done."""
+    refuse_outputs(args, "result")
+    if args.out is None:
+        return
+    if args.list or args.geometry_only:
+        raise UsageError(
+            "--out goes with the surface: leave out --list, --geometry-only"
+        )
+    if args.out.suffix.lower() != ".stl":
+        raise UsageError(f"--out {args.out}: a surface is written as STL: name it .stl")
+    check_writable(args.out)
+    if args.result is not None and same_file(args.out, args.result):
+        raise UsageError("--out and --result name the same file")
+    if args.out.is_file() and not args.out.read_bytes()[:80].startswith(_OURS):
+        raise UsageError(f"--out {args.out}: is there already and no result")
+
+
+def _emit(args: argparse.Namespace, document: dict[str, Any], text: Any) -> None:
+    emit(
+        argparse.Namespace(
+            out=args.result, report=None, format=args.format, case=args.case
+        ),
+        document,
+        text,
+    )
 
 
 def _judged(volume: "Volume") -> dict[str, Any]:
     """The scan's geometry and what is at its edges; every voxel is read."""
-    from borecheck.commands.progress import Progress
     from borecheck.patients.edges import cuts_of, tissue
 
-    progress = Progress("slices")
+    progress = shown()
 
-    def masks() -> Any:
+    def masks() -> "Iterator[NDArray[np.bool_]]":
         for k, plane in enumerate(volume.planes()):
-            progress(k + 1, volume.slices)
+            progress("slices", k + 1, volume.slices)
             yield tissue(volume, plane)
 
     cuts = cuts_of(volume, masks())
     return {
         "volume": volume.to_json(),
         "dropped": list(volume.dropped),
-        "cuts": [
-            {"kind": c.kind, "where": c.where, "area_m2": c.area / 1e6} for c in cuts
-        ],
+        "cuts": [cut.to_json() for cut in cuts],
+        "extension_m": None,
         "components": None,
         "proof": None,
         "obstacle": None,
-        "notes": [*volume.notes, *volume.doubts, *(c.told for c in cuts)],
+        "notes": [*volume.notes, *volume.doubts, *(cut.told for cut in cuts)],
+    }
+
+
+def _made(args: argparse.Namespace, volume: "Volume") -> dict[str, Any]:
+    """The obstacle: what it was made of, what is proven, where it was written."""
+    from borecheck.geometry.mesh_files.reading import write_stl
+    from borecheck.patients.obstacle import patient_obstacle
+
+    wishes, place = wishes_of(args), scan_place(args, volume)
+    made = patient_obstacle(volume, place.T_frame_lps, wishes, shown())
+    if args.out is not None:
+        write_stl(args.out, made.mesh)
+    return {
+        **made.to_json(),
+        "obstacle": {**_obstacle(args.out, made), "frame": place.frame},
+        "place": {
+            "known": not place.doubts,
+            "T_frame_lps": place.T_frame_lps.tolist(),
+        },
+        "notes": list(stated(made, place)),
+    }
+
+
+def _obstacle(file: Path | None, made: "PatientObstacle") -> dict[str, Any]:
+    mesh = made.mesh
+    return {
+        "file": None if file is None else str(file),
+        "triangles": len(mesh.triangles),
+        "assumed_triangles": int(made.assumed.sum()),
+        "bounds_m": mesh.bounds.tolist(),
+        "sha256": mesh.sha256,
     }

@@ -104,7 +104,14 @@ def _asks_binding(args: argparse.Namespace) -> bool:
     shaped = [args.margin, args.mount, args.base, args.arg, args.scene_arg]
     shaped += [args.isocentre, args.position, args.transform]
     shaped += [args.needle, args.tip, args.insertion, args.corridor]
-    more = [args.obstacle, args.patient, args.package_path, args.srdf, args.allow]
+    more = [
+        args.obstacle,
+        args.patient,
+        args.patient_ct,
+        args.package_path,
+        args.srdf,
+        args.allow,
+    ]
     if any(given) or any([*shaped, *more, args.trust_never]):
         raise UsageError(
             "to bind a certificate give --robot, --scene, and --path or --plan"

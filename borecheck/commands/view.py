@@ -5,6 +5,7 @@ import argparse
 from borecheck.commands import common
 from borecheck.commands.options.allowed import add_allowed
 from borecheck.commands.options.needle import add_needle
+from borecheck.commands.options.patient_place import add_patient_place
 from borecheck.core.units import parse_length
 
 DEFAULT_PORT = 8123
@@ -21,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--margin", default="0", help="required clearance to begin with, e.g. 20mm"
     )
     add_needle(parser)
+    add_patient_place(parser)
     add_allowed(parser)
     parser.add_argument(
         "--port",

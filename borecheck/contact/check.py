@@ -184,6 +184,9 @@ def _answers(pose: _Pose, closest: Closest | None) -> tuple[Answer, Answer]:
         obstacles = replace(
             obstacles, verdict=UNKNOWN, reason=f"{doubt}; {obstacles.reason}"
         )
+    assumed = None if closest is None else why_assumed(pose.scene, closest)
+    if obstacles.verdict == CLEAR and assumed is not None:
+        obstacles = replace(obstacles, verdict=UNKNOWN, reason=assumed)
     link_of = {part.mesh.name: part.link for part in robot.parts}
     # parts have numbers where a link has several; an obstacle may be called like one
     around = {(link_of[part], obstacle) for part, obstacle in obstacles.pairs}
@@ -191,6 +194,17 @@ def _answers(pose: _Pose, closest: Closest | None) -> tuple[Answer, Answer]:
     return (
         replace(obstacles, pairs=tuple(sorted(around))),
         replace(itself, pairs=tuple(sorted(within))),
+    )
+
+
+def why_assumed(scene: Scene, closest: Closest) -> str | None:
+    """Why the nearest place proves nothing: nobody has seen the obstacle there."""
+    reason = scene.assumed_at(closest.obstacle, closest.triangles[1])
+    if reason is None:
+        return None
+    return (
+        f"{closest.link} is nearest to {closest.obstacle}, "
+        f"{1e3 * closest.distance:.1f} mm, where that is assumed, not seen: {reason}"
     )
 
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck.contact.check import why_assumed
 from borecheck.contact.margin import OFFSET
 from borecheck.contact.settings import Settings
 from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, Answer, Closest, Verdict
@@ -22,7 +23,7 @@ from borecheck.motion.halves import (
     without_itself,
 )
 from borecheck.motion.least_clearance import Tolerance, least_clearance
-from borecheck.motion.outcome import PathVerdict
+from borecheck.motion.outcome import PathVerdict, in_doubt
 from borecheck.motion.problem import PathProblem
 from borecheck.motion.robot_problem import left_out, path_problem
 from borecheck.motion.samples import (
@@ -87,10 +88,20 @@ def check_path(
     around, own = searched(problem, points, found)
     obstacles, itself = answers_of(problem, around, own, link_of(robot))
     found = replace(found, obstacles=obstacles, itself=itself)
-    if not clearance:
+    if not clearance and not any(o.assumed for o in scene.obstacles):
         return found
     asked = problem if own is None or own.clear else without_itself(problem)
-    return replace(found, least=least_clearance(asked, points, around, tolerance))
+    least = least_clearance(asked, points, around, tolerance)
+    return _unless_assumed(scene, replace(found, least=least))
+
+
+def _unless_assumed(scene: Scene, found: PathVerdict) -> PathVerdict:
+    """The same without `clear` where the nearest obstacle was not seen."""
+    if found.least is None or not found.clear:
+        return found
+    name, triangle = found.least.names[1], int(found.least.closest.triangle_other)
+    reason = scene.assumed_at(name, triangle)
+    return found if reason is None else in_doubt(found, reason)
 
 
 def link_of(robot: Robot) -> dict[str, str]:
@@ -291,7 +302,14 @@ def _nearest(scene: Scene, motion: MotionVerdict) -> MotionVerdict:
         points=(_point(found.point_self), _point(found.point_other)),
         triangles=(found.triangle_self, found.triangle_other),
     )
-    return replace(motion, closest=closest)
+    motion = replace(motion, closest=closest)
+    reason = why_assumed(scene, closest)
+    if reason is None or motion.verdict != CLEAR:
+        return motion
+    obstacles = replace(motion.obstacles, verdict=UNKNOWN, reason=reason)
+    return replace(
+        motion, verdict=UNKNOWN, reason=reason, certified=False, obstacles=obstacles
+    )
 
 
 def _point(values: Array) -> tuple[float, float, float]:

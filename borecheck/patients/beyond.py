@@ -1,19 +1,22 @@
 """The patient beyond what was seen: straight on, by a stated length, and marked.
 
 Where the scan ends within the body, its last layer goes on along the way from slice to
-slice; where the image's edge or the circle of the field of view cuts it, its rim goes on
-outwards. That is an assumption: what is nearest to it is unknown, and farther on still
-more so.
+slice; where the image's edge or the circle of the field of view cuts it, its rim goes
+on outwards. That is an assumption: what is nearest to it is unknown, and farther on
+still more so.
 """
 
 from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
+from numpy.typing import NDArray
 
 from borecheck.patients.edges import LEAST_MM2
 from borecheck.patients.raster import Cells, Raster, slabs
 from borecheck.patients.volume import Array, Volume
+
+Ids = NDArray[np.int64]
 
 # What is within so many cells of an edge is at it.
 _AT_EDGE = 1.5
@@ -73,7 +76,7 @@ def _aside(volume: Volume, raster: Raster, length: float) -> tuple[Raster, Cells
 
 def _projection(
     volume: Volume, wide: Raster, offset: Array, length: float
-) -> tuple[Cells, tuple[Array, Array]]:
+) -> tuple[Cells, tuple[Ids, Ids]]:
     """Cells of a layer outside what was seen, and the seen cell that each continues."""
     down, across = volume.spacing
     near = _AT_EDGE * wide.size[:2]

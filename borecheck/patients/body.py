@@ -1,9 +1,9 @@
 """What of a scan's tissue is the patient: couch and specks out, everything else stays.
 
 Nothing that could be the body is taken away. Of the couch only wide shells go that lie
-behind the body: thinner than the body's parts, below its lowest line (its convex hull as
-seen from the couch, slice by slice). What is removed is told with its volume; what is in
-doubt stays, which makes the obstacle larger, never smaller.
+behind the body: thinner than the body's parts, below its lowest line (its convex hull
+as seen from the couch, slice by slice). What is removed is told with its volume; what
+is in doubt stays, which makes the obstacle larger, never smaller.
 """
 
 from dataclasses import dataclass
@@ -183,7 +183,7 @@ def _disc() -> Cells:
 
 
 def _below(core: Cells) -> Cells:
-    """Cells below the lower convex hull of each layer's core, with an opening's slack."""
+    """Cells below the lower convex hull of a layer's core, with an opening's slack."""
     depth, across = core.shape[1:]
     rows = np.arange(depth)[:, None]
     found = np.zeros_like(core)

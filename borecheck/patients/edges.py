@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,10 @@ class Cut:
     kind: str
     where: str
     area: float
+
+    def to_json(self) -> dict[str, Any]:
+        """For the result."""
+        return {"kind": self.kind, "where": self.where, "area_m2": self.area / 1e6}
 
     @property
     def told(self) -> str:

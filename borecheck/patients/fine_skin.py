@@ -1,8 +1,8 @@
 """The skin as the scan has it: the surface between air and tissue, at full resolution.
 
-It is what an obstacle is proven to contain. Slabs of slices are handed out one after the
-other, so that a long scan is never whole in memory; neighbours share a slice, so that
-nothing lies between them.
+It is what an obstacle is proven to contain. Slabs of slices are handed out one after
+the other, so that a long scan is never whole in memory; neighbours share a slice, so
+that nothing lies between them.
 """
 
 from collections.abc import Iterator

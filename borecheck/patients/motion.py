@@ -39,7 +39,10 @@ class Motion:
     def told(self) -> str:
         """In words."""
         way = {BREATHING: "forwards", SAG: "downwards", COVER: "upwards"}[self.kind]
-        return f"{self.kind}: the obstacle holds the body moved {way} by 0 to {self.length:g} mm"
+        return (
+            f"{self.kind}: the obstacle holds the body moved {way} by 0 to "
+            f"{self.length:g} mm"
+        )
 
 
 def swept(whole: Extended, ways: Sequence[tuple[Array, Motion]]) -> Extended:

@@ -19,8 +19,8 @@ from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.patients.beyond import Extended, extended
 from borecheck.patients.body import Body, body_of
 from borecheck.patients.edges import Cut, cuts_of
-from borecheck.patients.fine_skin import skin_slabs
-from borecheck.patients.motion import Motion, swept
+from borecheck.patients.fine_skin import SkinSlab, skin_slabs
+from borecheck.patients.motion import COVER, Motion, swept
 from borecheck.patients.offset_surface import offset_level, simplified, surface_around
 from borecheck.patients.proof import Proof, prove
 from borecheck.patients.raster import Raster, rasterised
@@ -31,13 +31,17 @@ Progress = Callable[[str, int, int], None]
 
 EXTENSION_MM = 50.0
 
-# Offset as a share of the usual one, and simplification as a share of the offset: what
+# Offset as a share of the usual one, and simplification as a share of the usual: what
 # is tried while the proof fails.
-_TRIES = ((1.0, 0.2), (1.0, 0.15), (1.0, 0.1), (1.3, 0.1), (1.7, 0.1))
+_TRIES = ((1.0, 1.0), (1.0, 0.5), (1.3, 0.5), (1.7, 0.3))
 # Cells below that size are taken two by two for the surface, [mm].
 _FINE_CELL_MM = 2.1
-# Simplification does not go below a share of it: voxels have steps, [mm].
-_LEAST_MM = 5.5
+# Of scans up to that size the skin is made once.
+_KEPT_VOXELS = 30_000_000
+# Simplification of surfaces on one or on two cells, [mm].
+_TOLERANCES_MM = {1: 0.85, 2: 1.1}
+# Of scans up to that size the skin is made once.
+_KEPT_VOXELS = 30_000_000
 
 
 @dataclass(frozen=True)
@@ -89,11 +93,15 @@ class PatientObstacle:
             )
         lines += [motion.told for motion in self.wishes.motions]
         lines += [f"removed: {one}" for one in _removed(self.body)]
-        lines.append(
-            "blankets, hair and whatever is thinner than air to X-rays is not in the "
-            "obstacle (--cover adds room for it)"
-        )
-        return tuple(lines)
+        return (*lines, *self.not_modelled)
+
+    @property
+    def not_modelled(self) -> tuple[str, ...]:
+        """What the obstacle does not hold."""
+        covered = any(motion.kind == COVER for motion in self.wishes.motions)
+        if covered:
+            return ()
+        return ("blankets and hair, which X-rays do not see (--cover adds room)",)
 
     def to_json(self) -> dict[str, Any]:
         """Parts of the result."""
@@ -101,10 +109,7 @@ class PatientObstacle:
             "volume": self.volume.to_json(),
             "dropped": list(self.volume.dropped),
             "components": [one.to_json() for one in self.body.components],
-            "cuts": [
-                {"kind": cut.kind, "where": cut.where, "area_m2": cut.area / 1e6}
-                for cut in self.cuts
-            ],
+            "cuts": [cut.to_json() for cut in self.cuts],
             "extension_m": self.wishes.extension / 1e3 if self.cuts else 0.0,
             "proof": self.proof.to_json(),
         }
@@ -141,15 +146,19 @@ def patient_obstacle(
     def placed(points: Array) -> Array:
         return points / 1e3 @ T_frame_axes.T + shift
 
+    skin = _Skin(volume, body)
+
     def slabs() -> Iterator[tuple[Array, Triangles, int]]:
-        for slab in skin_slabs(volume, body):
+        for slab in skin.slabs():
             yield placed(slab.vertices), slab.triangles, slab.done
 
     coarser = 2 if float(raster.size.max()) <= _FINE_CELL_MM else 1
     for wider, share in _TRIES:
         level = offset_level(volume) * wider
-        points, triangles = surface_around(whole.raster, level, coarser)
-        mesh = simplified(points, triangles, share * max(level, _LEAST_MM))
+        # what moves is swept in cells, and has no skin of its own
+        near = None if asked.motions else (slab.vertices for slab in skin.slabs())
+        points, triangles = surface_around(whole, level, near, coarser)
+        mesh = simplified(points, triangles, share * _TOLERANCES_MM[coarser])
         if mesh is None:
             continue
         assumed = _assumed(mesh, whole)
@@ -164,6 +173,29 @@ def patient_obstacle(
         if proof is not None:
             return PatientObstacle(outer, assumed, proof, cuts, body, volume, asked)
     raise VolumeError(volume.file, "no surface around it could be proven to contain it")
+
+
+class _Skin:
+    """The skin's slabs; those of a small scan are kept for the proof."""
+
+    def __init__(self, volume: Volume, body: Body) -> None:
+        self._volume, self._body = volume, body
+        voxels = volume.slices * volume.rows * volume.columns
+        self._kept: list[SkinSlab] | None = None
+        self._keeps = voxels <= _KEPT_VOXELS
+
+    def slabs(self) -> Iterator[SkinSlab]:
+        """All of them, read again unless they are kept."""
+        if self._kept is not None:
+            yield from self._kept
+            return
+        kept = []
+        for slab in skin_slabs(self._volume, self._body):
+            if self._keeps:
+                kept.append(slab)
+            yield slab
+        if self._keeps:
+            self._kept = kept
 
 
 def cuts_of_body(volume: Volume, body: Body) -> tuple[Cut, ...]:

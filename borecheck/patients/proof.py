@@ -21,7 +21,7 @@ from borecheck.geometry.triangles.solid import Side, side_of
 from borecheck.patients.volume import Array
 
 # Points on the surface cover it within so much, [m], or there are more than so many.
-_COVER_M, _MOST_POINTS = 0.0004, 1_000_000
+_COVER_M, _MOST_POINTS = 0.0004, 250_000
 # Only skin so near can be what a point is judged by, [m].
 _NEAR_M = 0.03
 

@@ -1,8 +1,9 @@
 """A scan's tissue as cells of one size, which hold every voxel box of tissue.
 
-The cells' axes are those of the slices (`Volume.axes`): along rows, along columns, along
-the normal. In them every voxel is a box along the axes, tilt or not; a cell is tissue as
-soon as a box of tissue reaches into it. So the cells contain the voxels by construction.
+The cells' axes are those of the slices (`Volume.axes`): along rows, along columns,
+along the normal. In them every voxel is a box along the axes, tilt or not; a cell is
+tissue as soon as a box of tissue reaches into it. So the cells contain the voxels by
+construction.
 """
 
 from collections.abc import Callable
@@ -112,7 +113,9 @@ def _grid(volume: Volume) -> tuple[Array, Array, tuple[int, int, int]]:
     return size, low, (counts[0], counts[1], counts[2])
 
 
-def _reaching(mask: Cells, centres: Array, width: float, to: Raster, axis: int) -> Cells:
+def _reaching(
+    mask: Cells, centres: Array, width: float, to: Raster, axis: int
+) -> Cells:
     """Columns of cells, (rows, cells), into which a box of tissue of a row reaches."""
     low, size = to.low[axis], to.size[axis]
     count = to.cells.shape[2 - axis]
@@ -127,7 +130,9 @@ def _reaching(mask: Cells, centres: Array, width: float, to: Raster, axis: int) 
     return np.asarray(counted[:, np.maximum(first, last)] > counted[:, first])
 
 
-def _range(low: float, high: float, origin: float, size: float, count: int) -> tuple[int, int]:
+def _range(
+    low: float, high: float, origin: float, size: float, count: int
+) -> tuple[int, int]:
     a = int(np.floor((low - origin) / size + _TOUCH))
     b = int(np.ceil((high - origin) / size - _TOUCH))
     return max(0, a), min(count, max(b, a + 1))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from borecheck.core.units import LENGTH_UNITS, parse_pose
 from borecheck.errors import MeshError, UnknownNameError, UrdfError, UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
-from borecheck.geometry.mesh_files.doubt import FileDoubt
+from borecheck.geometry.mesh_files.doubt import Doubt, FileDoubt
 from borecheck.geometry.mesh_files.frames import (
     AS_IT_STANDS,
     FRAMES,
@@ -50,6 +50,19 @@ _FAR_PATIENT_M = 2.0  # a couch at its end; a patient farther off is elsewhere
 _SAME_UNIT = 1e-6  # relative; "0.0254" and "0.02540005" are an inch
 
 
+@dataclass(frozen=True, eq=False)
+class Assumed:
+    """Part of an obstacle that nobody has seen: a patient beyond the scan.
+
+    Attributes:
+        triangles: Which of its triangles, (m,).
+        reason: What was assumed.
+    """
+
+    triangles: NDArray[np.bool_]
+    reason: str
+
+
 @dataclass(frozen=True)
 class Obstacle:
     """A surface that the robot must not touch.
@@ -60,13 +73,15 @@ class Obstacle:
         mesh: Triangles in the scanner's frame, [m].
         source: File or description it was read from.
         doubt: Set when the file leaves open how it is meant; then nothing is clear.
+        assumed: Triangles that were assumed; where they are nearest nothing is clear.
     """
 
     name: str
     role: str
     mesh: TriangleMesh
     source: str
-    doubt: FileDoubt | None = None
+    doubt: Doubt | None = None
+    assumed: Assumed | None = None
 
 
 @dataclass(frozen=True)

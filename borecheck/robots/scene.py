@@ -88,6 +88,25 @@ class Scene:
         reasons = dict.fromkeys(doubt.reason for doubt in doubts if doubt is not None)
         return "; ".join(reasons) or None
 
+    def without_obstacles(self, fewer: Iterable[Obstacle]) -> "Scene":
+        """The scene without these obstacles."""
+        gone = {id(obstacle) for obstacle in fewer}
+        left = tuple(o for o in self.obstacles if id(o) not in gone)
+        return replace(self, obstacles=left)
+
+    def assumed_at(self, name: str, triangle: int) -> str | None:
+        """What was assumed where an obstacle is nearest; None if it was seen.
+
+        Args:
+            name: The obstacle.
+            triangle: Which of its triangles is nearest.
+        """
+        for obstacle in self.obstacles:
+            if obstacle.name == name and obstacle.assumed is not None:
+                known = obstacle.assumed
+                return known.reason if known.triangles[triangle] else None
+        return None
+
     def with_obstacles(
         self,
         more: Iterable[Obstacle],

@@ -69,7 +69,7 @@ def place_of(args: argparse.Namespace) -> "PatientPlace | None":
     if transform is not None:
         return by_transform(transform)
     said = f"isocentre {isocentre} in LPS"
-    return at_isocentre(_centre(str(isocentre)), str(position), said)
+    return at_isocentre(centre_of(str(isocentre)), str(position), said)
 
 
 def place_block(args: argparse.Namespace) -> dict[str, Any]:
@@ -90,7 +90,12 @@ def plans_of(args: argparse.Namespace, file: str | Path) -> "tuple[NeedlePlan, .
     return read_plans(file, place_of(args))
 
 
-def _centre(text: str) -> list[float]:
+def centre_of(text: str) -> list[float]:
+    """The three lengths of `--isocentre`, [m].
+
+    Raises:
+        UsageError: They are no three lengths, or lie beyond any scanner.
+    """
     parts = text.split(",")
     if len(parts) != 3:
         raise UsageError(f"--isocentre {text!r} has {len(parts)} numbers, not 3")

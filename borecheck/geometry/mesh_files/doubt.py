@@ -6,8 +6,28 @@ states may be unheard. Both end here.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 from borecheck.geometry.mesh_files.frames import AS_IT_STANDS, PATIENT_FRAMES, spelt
+
+
+class Doubt(Protocol):
+    """Whatever says why nothing is clear of an obstacle."""
+
+    @property
+    def reason(self) -> str:
+        """Why nothing is clear yet, and what to do about it."""
+
+
+@dataclass(frozen=True)
+class PlaceDoubt:
+    """Why nothing is clear of an obstacle of which the place was assumed.
+
+    Attributes:
+        reason: What was assumed, and what to give instead.
+    """
+
+    reason: str
 
 
 @dataclass(frozen=True)
