@@ -11,6 +11,7 @@ from borecheck.contact import compare as comparing
 from borecheck.contact import pose_kernel as kernel
 from borecheck.contact.checked import _telling_arguments
 from borecheck.contact.decision import Findings
+from borecheck.contact.pose_batch import PoseBatch
 from borecheck.contact.settings import settings
 from borecheck.contact.skipped import pairs_without
 from borecheck.contact.verdict import Answer, Containment, TrianglePair
@@ -373,3 +374,33 @@ def test_a_pose_that_is_not_rigid_is_told_at_once(monkeypatch):
     told, asked, states, _ = asked_poses(monkeypatch, hits, 2)
     assert told == (1, False, 0, 0)
     assert (asked, states[2]) == ([], 9)
+
+
+def test_what_is_opened_is_what_was_laid_out(monkeypatch, zerobot, ct_gantry):
+    """Every array of a book, with its own shape; memory that is read is the array's."""
+    laid = PoseBatch(zerobot, ct_gantry)._book
+    arrays = [array for group in laid._groups for array in group]
+
+    def opened(at, shape, kind):
+        """The array at an address; of those without an entry any of that shape."""
+        found = [
+            array
+            for array, place in zip(arrays, laid.entries[::2], strict=True)
+            if place == at and array.shape == shape and array.dtype == kind
+        ]
+        assert found, f"nothing of shape {shape} lies there"
+        return found[0]
+
+    monkeypatch.setattr(kernel, "array_at", lambda at: at)
+    monkeypatch.setattr(kernel, "carray", opened)
+    for name in ("_integers", "_numbers"):
+        monkeypatch.setattr(kernel, name, getattr(kernel, name).py_func)
+    groups = (
+        *kernel._open_chain.py_func(laid.entries),
+        *(kernel._open_pairs.py_func(laid.entries, k) for k in (12, 14)),
+        *(kernel._open_solid.py_func(laid.entries, k) for k in (16, 20)),
+    )
+    for group, expected in zip(groups, laid._groups, strict=True):
+        assert group._fields == expected._fields
+        for array, own in zip(group, expected, strict=True):
+            assert array is own or own.size == 0
