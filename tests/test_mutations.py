@@ -17,6 +17,7 @@ from studies.mutations.__main__ import (
     recorded,
     sample,
     sources,
+    who_noticed_before,
 )
 from studies.mutations.changes import Mutant, mutants, mutated
 from studies.mutations.exempt import EQUIVALENT, KERNELS
@@ -171,7 +172,16 @@ def test_what_is_noticed_is_known_while_the_module_is_the_same(tmp_path):
     State(file, texts).keep_noticed(mutant, name)
     again = State(file, texts)
     assert again.noticed == {mutant.change: name}
-    assert State(file, {module: "a = 2"}).noticed == {}
+    changed = State(file, {module: "a = 2"})
+    assert changed.noticed == {}
+    assert changed.before == {mutant.change: name}
+    # who noticed it is asked first, if it is still there
+    assert who_noticed_before(mutant, changed) == []
+    changed.before[mutant.change] = "tests/test_mutations.py::a"
+    (asked,) = who_noticed_before(mutant, changed)
+    assert asked.name == "tests/test_mutations.py::a"
+    changed.before[mutant.change] = "no end, or a crash"
+    assert who_noticed_before(mutant, changed) == []
     again.forget({"another"})
     assert again.noticed == {mutant.change: name}
     again.forget({name})

@@ -16,7 +16,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -103,6 +103,7 @@ class State:
         tests: By file, with the lines they reach of modules that are as they were.
         changed: By file, modules that they reached and that are no longer the same.
         noticed: By change, the test that noticed it.
+        before: The same of modules that are no longer what they were.
     """
 
     def __init__(self, file: Path | None, texts: dict[str, str]) -> None:
@@ -111,11 +112,14 @@ class State:
         self.tests: dict[str, list[KnownTest]] = {}
         self.changed: dict[str, set[str]] = {}
         self.noticed: dict[str, str] = {}
+        self.before: dict[str, str] = {}
         for row in self._rows():
             if "tests" in row:
                 self._take(row)
             elif row["of"] == self._digest(row["module"]):
                 self.noticed[row["change"]] = row["by"]
+            else:
+                self.before[row["change"]] = row["by"]
 
     def keep_noticed(self, mutant: Mutant, by: str) -> None:
         """Remembers who noticed it."""
@@ -194,16 +198,24 @@ def confirm(changes: Collection[str], state: State) -> None:
 
 
 def run(
-    asked: Sequence[Mutant], state: State, texts: dict[str, str], jobs: int
+    asked: Sequence[Mutant],
+    state: State,
+    texts: dict[str, str],
+    jobs: int,
+    tests_of: Callable[[Mutant], list[KnownTest]],
 ) -> None:
-    """Asks of every mutant; `jobs` at a time."""
-    waiting = sorted(asked, key=lambda m: (m.module in KERNELS, _cost(m, state, texts)))
+    """Asks the tests of every mutant; `jobs` at a time."""
+
+    def cost(mutant: Mutant) -> float:
+        return sum(test.seconds for test in tests_of(mutant))
+
+    waiting = sorted(asked, key=lambda m: (m.module in KERNELS, cost(m)))
     running: list[tuple[Mutant, Child]] = []
     done = 0
     while waiting or running:
         while waiting and len(running) < jobs:
             mutant = waiting.pop(0)
-            running.append((mutant, _asked(mutant, state, texts)))
+            running.append((mutant, _asked(mutant, texts, tests_of(mutant))))
         for mutant, child in running:
             try:
                 answer = child.wait(poll=0.1)
@@ -216,14 +228,21 @@ def run(
             break
 
 
-def _asked(mutant: Mutant, state: State, texts: dict[str, str]) -> Child:
+def _asked(mutant: Mutant, texts: dict[str, str], tests: list[KnownTest]) -> Child:
     return judge.judged(
         mutant.module,
         mutated(texts[mutant.module], mutant.number),
-        _tests_of(mutant, state, texts),
+        tests,
         first=own_files(mutant.module),
         kernels=_compiled(mutant, texts),
     )
+
+
+def who_noticed_before(mutant: Mutant, state: State) -> list[KnownTest]:
+    """The test that noticed it when its module was another one, if it is there."""
+    test = KnownTest(state.before.get(mutant.change, ""), judge.SLOWEST, {})
+    is_there = "::" in test.name and (PROJECT / test.file).is_file()
+    return [test] if is_there else []
 
 
 def _tests_of(mutant: Mutant, state: State, texts: dict[str, str]) -> list[KnownTest]:
@@ -239,10 +258,6 @@ def _tests_of(mutant: Mutant, state: State, texts: dict[str, str]) -> list[Known
 
 def _compiled(mutant: Mutant, texts: dict[str, str]) -> bool:
     return "@kernel" in texts[mutant.module]
-
-
-def _cost(mutant: Mutant, state: State, texts: dict[str, str]) -> float:
-    return sum(test.seconds for test in _tests_of(mutant, state, texts))
 
 
 def _settle(mutant: Mutant, answer: dict[str, Any] | None, state: State) -> None:
@@ -296,8 +311,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     state = State(asked.state, texts)
     confirm([m.change for m in chosen], state)
     waiting = [m for m in chosen if m.change not in state.noticed]
-    recorded(waiting, state, texts)
-    run(waiting, state, texts, asked.jobs)
+    again = [m for m in waiting if who_noticed_before(m, state)]
+    run(again, state, texts, asked.jobs, lambda m: who_noticed_before(m, state))
+    left = [m for m in waiting if m.change not in state.noticed]
+    recorded(left, state, texts)
+    run(left, state, texts, asked.jobs, lambda m: _tests_of(m, state, texts))
     confirm([m.change for m in waiting], state)
     return 0 if report(chosen, state, sys.stdout) >= 0.95 else 1
 
