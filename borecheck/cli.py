@@ -20,7 +20,7 @@ from borecheck.core.entries import entries
 from borecheck.core.streams import finish, log_in_lines, prepare_streams
 from borecheck.core.text import one_line
 from borecheck.core.version import __version__
-from borecheck.errors import BorecheckError, UsageError
+from borecheck.errors import BorecheckError, UnknownNameError, UsageError
 
 if TYPE_CHECKING:
     from borecheck.commands.case.words import CaseUse
@@ -104,7 +104,10 @@ def _run(words: list[str]) -> int:
         refuse_unknown_options(command, given[given.index(name) + 1 :])
     args = parser.parse_args(given)
     args.argv, args.case = words, case
-    return int(args.run(args))
+    try:
+        return int(args.run(args))
+    except UnknownNameError as error:
+        raise (error if case is None else case.placed(error)) from None
 
 
 def _with_case(

@@ -250,6 +250,10 @@ def test_a_plan_that_is_reachable_only_the_other_way_round_says_so(capsys, tmp_p
     assert "entry and target look swapped" in first["reason"]
     assert "out of reach" in far["reason"]
     assert "swapped" not in far["reason"]
+    _, text, _ = run(capsys, *words, "--no-certificate")
+    assert "\nOUT OF REACH: no plan can be driven, so nothing was checked\n" in text
+    assert "UNKNOWN" not in text
+    assert "proven of the whole motion" not in text
 
 
 def test_interrupted_plans_keep_what_is_finished(capsys, monkeypatch):

@@ -156,6 +156,8 @@ def test_what_validate_cannot_read_is_one_finding(
     assert status == 2
     assert saying in first
     assert len(rest) == 1  # how many there are
+    main(["validate", file])
+    assert capsys.readouterr().out.isascii()  # nothing of a binary file
 
 
 def test_no_word_at_all_prints_the_help(capsys):

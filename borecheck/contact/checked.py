@@ -11,6 +11,8 @@ from typing import Any
 
 from borecheck.contact.margin import Margin
 from borecheck.core.se3 import matrix_rpy
+from borecheck.geometry.surfaces import surface
+from borecheck.geometry.triangles.topology import faces_inward
 from borecheck.plans.corridor import SLACK, Corridor
 from borecheck.plans.needle_corridor import needle_radius
 from borecheck.robots.robot import Robot
@@ -102,7 +104,11 @@ def checked(
         margin_kind=margin.kind,
         corridor_m=wide,
         needle=_stated(robot) if wide is not None else None,
-        warnings=(*_out_of_reach(robot, scene), *_without_patient(scene, wide)),
+        warnings=(
+            *_out_of_reach(robot, scene),
+            *_without_patient(scene, wide),
+            *_inside_out(scene),
+        ),
     )
 
 
@@ -113,6 +119,16 @@ def _without_patient(scene: Scene, corridor: float | None) -> tuple[str, ...]:
     return (
         "a needle's way is asked and there is no patient: what it goes into is not "
         "looked at; give the body with --patient",
+    )
+
+
+def _inside_out(scene: Scene) -> tuple[str, ...]:
+    """Closed surfaces whose triangles face inwards: the answer is the same."""
+    return tuple(
+        f"{o.name} is inside out: its triangles face inwards; it is taken as the solid "
+        "that they enclose"
+        for o in scene.obstacles
+        if surface(o.mesh).topology.is_closed and faces_inward(o.mesh.corners)
     )
 
 

@@ -39,17 +39,26 @@ def skin_notes(
     gaps = [distance_to(mesh, np.array(plan.entry)) for mesh in bodies]
     nearest = int(np.argmin(gaps))
     if begins and gaps[nearest] > AT_SKIN:
+        side = _side(bodies, np.array(plan.entry))
+        where = {Side.INSIDE: ", inside it", Side.OUTSIDE: ", outside it"}
         yield (
             f"its entry is {1e3 * gaps[nearest]:.1f} mm off the skin of "
-            f"{bodies[nearest].name}: {HINT}"
+            f"{bodies[nearest].name}{where.get(side, '')}: {HINT}"
         )
-    target = np.array(plan.target)
-    known = [surface(mesh).topology for mesh in bodies]
-    if not all(topology.is_closed for topology in known):
-        return
-    sides = [side_of(target, *both) for both in zip(bodies, known, strict=True)]
-    if Side.INSIDE not in sides:
+    if _side(bodies, np.array(plan.target)) is Side.OUTSIDE:
         yield f"its target is not in the patient: {HINT}"
+
+
+def _side(bodies: Iterable[TriangleMesh], point: NDArray[np.float64]) -> Side:
+    """Whether a point is in the patient; undecided where a body is open."""
+    known = [(mesh, surface(mesh).topology) for mesh in bodies]
+    if not all(topology.is_closed for _, topology in known):
+        return Side.UNDECIDED
+    sides = [side_of(point, *both) for both in known]
+    for side in (Side.INSIDE, Side.UNDECIDED):
+        if side in sides:
+            return side
+    return Side.OUTSIDE
 
 
 def distance_to(mesh: TriangleMesh, point: NDArray[np.float64]) -> float:

@@ -13,11 +13,17 @@ NAMED = 3
 def half_lines(block: Mapping[str, Any]) -> Iterator[str]:
     """A line about the obstacles and one about the robot itself, if that is not clear.
 
-    Else the verdict's own line says it all.
+    Else, and where both say what the whole says, the verdict's own line says it all.
     """
     itself = block.get("itself")  # none in results of earlier versions
     if itself is None or itself["verdict"] == "clear":
         return
+    halves = (block["obstacles"], itself)
+    if all(
+        (h["verdict"], h["reason"]) == (block["verdict"], block["reason"])
+        for h in halves
+    ):
+        return  # both say the same again
     for name, half in (("obstacles", block["obstacles"]), ("itself", itself)):
         yield f"{name}: {MARKS[half['verdict']]}: {half['reason']}"
 

@@ -27,6 +27,14 @@ def lines(document: Mapping[str, Any]) -> list[str]:
     ]
 
 
+def about(document: Mapping[str, Any]) -> list[str]:
+    """Robot and base, case file, and every body, as a page lists them."""
+    checked = document.get("checked")
+    if checked is None:
+        return []
+    return [_robot(checked), *case_lines(document), *bodies(checked["bodies"])]
+
+
 def _robot(checked: Mapping[str, Any]) -> str:
     arguments = ", ".join(f"{k}={v}" for k, v in checked["arguments"].items())
     named = f"robot {checked['robot']}" + (f" ({arguments})" if arguments else "")

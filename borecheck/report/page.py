@@ -68,6 +68,8 @@ def _rendered(document: Mapping[str, Any]) -> str:
         template.render(
             document=document,
             kind=_kind(document),
+            # a way is checked as any path, and is not what was asked for
+            command_shown="route" if "route" in document else document["command"],
             **views,
             style=style,
             script=script,

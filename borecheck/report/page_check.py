@@ -6,7 +6,7 @@ from typing import Any
 from markupsafe import Markup
 
 from borecheck.report.allowed_words import half_lines, named
-from borecheck.report.checked_words import bodies
+from borecheck.report.checked_words import about
 from borecheck.report.figures import clearance_plot
 from borecheck.report.motion_words import motion_lines
 from borecheck.report.pictures import Subject, pictures_at
@@ -41,7 +41,7 @@ def views(document: Mapping[str, Any]) -> dict[str, Any]:
         "worst": worst,
         "checker_told": CHECKERS.get(document["checker"], ""),
         "pictures": _pictures(document, worst),
-        "bodies": bodies(document.get("checked", {}).get("bodies", ())),
+        "about": about(document),
         "warnings": [
             *document["robot"]["warnings"],
             *document["scene"]["warnings"],

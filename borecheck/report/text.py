@@ -70,9 +70,13 @@ def _plans_text(document: Mapping[str, Any], explain: bool) -> list[Block]:
             )
         )
     lines: list[Block] = [*checked_lines(document)]
-    lines += [f"{MARKS[document['verdict']]}: {document['reason']}"]
-    lines += [f"  {line}" for line in half_lines(document)]
-    if "each_plan" in document:
+    driven = any(plan.get("reachable", True) for plan in plans)
+    if driven or not plans:
+        lines += [f"{MARKS[document['verdict']]}: {document['reason']}"]
+        lines += [f"  {line}" for line in half_lines(document)]
+    else:
+        lines += [f"{OUT_OF_REACH}: no plan can be driven, so nothing was checked"]
+    if "each_plan" in document and driven:
         lines += [
             f"each plan is one motion: {document['each_plan']}",
             "least clearance: proven of the whole motion; the needle in the patient "

@@ -5,6 +5,7 @@ import os
 import re
 import time
 import tomllib
+from pathlib import Path
 
 import jsonschema
 import pytest
@@ -399,3 +400,24 @@ def _reads_but_for_files(file):
         others = [p for p in error.problems if not any(m in p for m in missing)]
         if others:
             raise
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("link", "needle_lnk"), ("tip", "needle_tp:z")]
+)
+def test_a_name_that_is_unknown_is_told_with_file_and_key(
+    tmp_path, monkeypatch, capsys, key, value
+):
+    assert main(["examples", str(tmp_path / "tried")]) == 0
+    monkeypatch.chdir(tmp_path / "tried")
+    text = Path("case.toml").read_text()
+    old = re.search(rf'^{key} = "(\w+)"', text, re.M)
+    Path("case.toml").write_text(text.replace(old.group(), f'{key} = "{value}"'))
+    capsys.readouterr()
+    assert main(["check", "case.toml"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    name = value.partition(":")[0]
+    assert f"error: case.toml: needle.{key}: unknown link '{name}'; did you" in line
+    # the same name, typed, is not the case's
+    assert main(["check", "case.toml", f"--{'needle' if key == 'link' else 'tip'}=x"])
+    assert "case.toml" not in capsys.readouterr().err

@@ -12,6 +12,7 @@ from borecheck.contact.margin import NO_MARGIN
 from borecheck.core.se3 import transform
 from borecheck.errors import UsageError
 from borecheck.geometry.mesh.primitives import box
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.reading import write_stl
 from borecheck.plans.corridor import Corridor
 from tests.places import PROJECT, ROBOTS
@@ -129,3 +130,22 @@ def test_a_base_in_millimetres_is_refused_in_python_too():
         bc.load_robot("zerobot", base=transform([0.0, 800.0, 0.0]))
     with pytest.raises(UsageError, match="degrees"):
         bc.load_scene(f"{ROBOT}@0,0,0,0,0,90")
+
+
+def test_a_body_inside_out_has_a_word_and_the_same_verdict(capsys, tmp_path):
+    whole = box("f", (0.2, 0.3, 0.4))
+    for name, triangles in (
+        ("right", whole.triangles),
+        ("wrong", whole.triangles[:, ::-1]),
+    ):
+        mesh = TriangleMesh(name, whole.vertices, triangles)
+        write_stl(tmp_path / f"{name}.stl", mesh)
+    for at in ("1,0,0", "0,0,0.6"):
+        told = [
+            head(capsys, f"{tmp_path / name}.stl:m@{at}", "--q", "0")[1]
+            for name in ("right", "wrong")
+        ]
+        assert told[0]["verdict"] == told[1]["verdict"]
+        assert told[0]["checked"]["warnings"] == []
+        (warning,) = told[1]["checked"]["warnings"]
+        assert warning.startswith("wrong is inside out: its triangles face inwards")

@@ -24,12 +24,18 @@ def test_a_plan_from_the_skin_into_the_body_has_none():
 @pytest.mark.parametrize("above", [1.1 * AT_SKIN, 0.081])
 def test_an_entry_off_the_skin_is_told_with_its_distance(above):
     (note,) = notes([0, 0, 0.1 + above], [0, 0, 0.02])
-    assert f"{1e3 * above:.1f} mm off the skin of torso" in note
+    assert f"{1e3 * above:.1f} mm off the skin of torso, outside it: " in note
 
 
 def test_an_entry_inside_is_off_the_skin_too():
     (note,) = notes([0, 0, 0.04], [0, 0, 0.0])
-    assert "60.0 mm off the skin" in note
+    assert "60.0 mm off the skin of torso, inside it: " in note
+
+
+def test_of_an_open_skin_no_side_is_told():
+    opened = TriangleMesh("torso", TORSO.vertices, TORSO.triangles[1:])
+    (note,) = notes([0, 0, 0.04], [0, 0, 0.0], [opened])
+    assert "off the skin of torso: " in note
 
 
 def test_a_target_outside_is_told():

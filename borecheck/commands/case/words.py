@@ -1,6 +1,7 @@
 """Puts a case file into the words of a command line; what is typed there wins."""
 
 import argparse
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -9,11 +10,14 @@ from typing import Any
 from borecheck.commands.case.keys import Key
 from borecheck.commands.case.reading import Case, read_case
 from borecheck.commands.case.values import arguments
-from borecheck.errors import UsageError
+from borecheck.errors import BorecheckError, CaseError, UnknownNameError, UsageError
 
 SUFFIX = ".toml"
 # Commands that take a case in the place of ROBOT and SCENE, or beside their files.
 COMMANDS = ("check", "setup", "route", "compare", "view", "fk", "verify")
+
+# Between names that one option takes: `tip:z`, `finger:palm`, `mount=+90`.
+_SEPARATORS = re.compile("[:=,]")
 
 _PLACES = {"robot": "robot", "scene": "scanner"}
 
@@ -29,16 +33,27 @@ class CaseUse:
         sha256: Of its bytes.
         overridden: Its keys that the command line gives otherwise.
         unused: Its keys that this command has no use for.
+        taken: Its other keys and their texts.
     """
 
     file: str
     sha256: str
     overridden: tuple[str, ...]
     unused: tuple[str, ...]
+    taken: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Plain values for `json.dumps`."""
-        return asdict(self)
+        found = asdict(self)
+        del found["taken"]  # what was asked stands elsewhere in a result
+        return found
+
+    def placed(self, error: UnknownNameError) -> BorecheckError:
+        """The error with the file and the key that hold the name, if one does."""
+        for key, texts in self.taken:
+            if any(error.name in _SEPARATORS.split(text) for text in texts):
+                return CaseError(self.file, [f"{key}: {error}"])
+        return error
 
 
 @dataclass(frozen=True)
@@ -121,12 +136,14 @@ def _joined(
     options: list[str] = []
     overridden: list[str] = []
     unused: list[str] = []
+    taken: list[tuple[str, tuple[str, ...]]] = []
     for key, texts in case.entries:
         if key.option not in typed.known:
             unused.append(key.shown)
             continue
         kept, lost = _kept(key, texts, given, typed)
         overridden += lost
+        taken.append((key.shown, tuple(kept)))
         filled |= {key.option for _ in kept}
         if key.option in typed.places:
             places += map(_no_option, kept)
@@ -137,7 +154,8 @@ def _joined(
         raise UsageError(f"{case.file} names no {what}, and the command line none")
     at = words.index(word)
     joined = [*words[:at], *places, *words[at + 1 :], *options]
-    return joined, CaseUse(word, case.sha256, tuple(overridden), tuple(unused))
+    use = CaseUse(word, case.sha256, tuple(overridden), tuple(unused), tuple(taken))
+    return joined, use
 
 
 def _given_places(word: str, typed: _Typed) -> set[str]:

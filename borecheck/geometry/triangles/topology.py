@@ -185,6 +185,15 @@ def _way(corners: NDArray[np.float64]) -> int:
     return int(np.sign(volumes.sum())) if sure else 0
 
 
+def faces_inward(corners: NDArray[np.float64]) -> bool:
+    """Whether most of a closed surface's volume is enclosed by normals that point in.
+
+    Args:
+        corners: Of its triangles, (m, 3, 3).
+    """
+    return _way(corners) < 0
+
+
 def _has_rim(
     corners: NDArray[np.float64], triangles: NDArray[np.int64], n: int
 ) -> bool:

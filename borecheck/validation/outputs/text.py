@@ -147,8 +147,8 @@ class _Sources:
             return []
         at = _line_of(lines, at, finding)
         text = printable(lines[at].rstrip().replace("\t", " "))
-        if not text:
-            return []
+        if not text or not lines[at].replace("\t", " ").rstrip().isprintable():
+            return []  # no text, so nothing to show
         start, length = _span(text, finding)
         number = str(at + 1)
         if len(text) > _LONGEST:
