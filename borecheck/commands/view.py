@@ -1,14 +1,22 @@
 """`borecheck view`: the robot in its scanner, live in the browser."""
 
 import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from borecheck.commands import common
 from borecheck.commands.options.allowed import add_allowed
 from borecheck.commands.options.needle import add_needle
-from borecheck.commands.options.patient_place import add_patient_place
+from borecheck.commands.options.patient_place import add_patient_place, place_of
 from borecheck.core.units import parse_length
 
+if TYPE_CHECKING:
+    from borecheck.view.bridge import Bridge
+    from borecheck.view.server import LiveView
+    from borecheck.view.session import Session
+
 DEFAULT_PORT = 8123
+IGTL_PORT = 18944  # registered for OpenIGTLink
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,6 +32,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_needle(parser)
     add_patient_place(parser)
     add_allowed(parser)
+    parser.add_argument(
+        "--igtl",
+        nargs="?",
+        const=str(IGTL_PORT),
+        metavar="[HOST:]PORT",
+        help="also speak OpenIGTLink there: needle and table in, links and verdict out "
+        f"(default: 127.0.0.1:{IGTL_PORT})",
+    )
     parser.add_argument(
         "--port",
         type=int,
@@ -53,8 +69,29 @@ def run(args: argparse.Namespace) -> int:
         args.scene = [_own_scanner(robot)]
     scene = common.load_surroundings(args)
     tell_of_compiling()
-    serve(Session(robot, scene, first_plan(robot, scene), margin), args.port, say)
+    session = Session(robot, scene, first_plan(robot, scene), margin)
+    serve(session, args.port, say, _bridged(args, session, say))
     return 0
+
+
+def _bridged(
+    args: argparse.Namespace, session: "Session", say: Callable[[str], None]
+) -> "Callable[[LiveView], Bridge] | None":
+    """What starts the bridge to trackers, if it is asked for."""
+    if args.igtl is None:
+        return None
+    from borecheck.view.bridge import Bridge, address
+    from borecheck.view.tracked import Tracked
+
+    host, port = address(args.igtl)
+    tracked = Tracked(session, place_of(args))
+
+    def start(view: "LiveView") -> Bridge:
+        bridge = Bridge(tracked, port, host, say, view.stand)
+        say(f"borecheck: OpenIGTLink at {host}:{bridge.port}")
+        return bridge
+
+    return start
 
 
 def _own_scanner(robot: object) -> str:

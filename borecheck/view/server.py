@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from borecheck.errors import UsageError
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.plan_motion import PlanMotion
+from borecheck.view.bridge import Bridge
 from borecheck.view.folder import MESH_SUFFIXES, Folder
 from borecheck.view.guard import Guard, check_guarded, guarded
 from borecheck.view.panel import Panel, plain
@@ -169,6 +170,15 @@ class LiveView:
             self._astray = False
         self.ask()
 
+    def stand(self, q: Array) -> None:
+        """Puts the robot there, as a tracker says."""
+        with self._told(moves=True), self._lock:
+            self.q = q.copy()
+            self._corridor = None
+            self._astray = False
+            self.panel.set_joints(self.q)
+        self.ask()
+
     def replan(self) -> None:
         """The handles were dragged: the plan follows, and the robot with it."""
         entry, target = self.stage.dragged_plan()
@@ -247,10 +257,21 @@ class LiveView:
         return self.folder.writable(name.strip(), suffixes, overwrite=overwrite)
 
 
-def serve(session: Session, port: int, say: Callable[[str], None]) -> None:
+def serve(
+    session: Session,
+    port: int,
+    say: Callable[[str], None],
+    bridged: Callable[[LiveView], Bridge] | None = None,
+) -> None:
     """Runs the live view until it is interrupted, or told to end.
 
     A shell starts what runs in the background deaf to Ctrl-C; `kill -INT` is meant.
+
+    Args:
+        session: What is shown to begin with.
+        port: Of the view.
+        say: Takes one line.
+        bridged: Starts what speaks with trackers.
     """
     if threading.current_thread() is threading.main_thread():
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -258,10 +279,14 @@ def serve(session: Session, port: int, say: Callable[[str], None]) -> None:
     view = LiveView(session, port)
     say(f"borecheck: live view at {view.address} (Ctrl-C ends it)")
     say(f"borecheck: it reads and writes files in {view.folder.path} only")
+    bridge = None
     try:
+        bridge = None if bridged is None else bridged(view)
         while True:
             time.sleep(3600.0)
     finally:
+        if bridge is not None:
+            bridge.stop()
         view.stop()
 
 

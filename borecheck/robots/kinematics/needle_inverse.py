@@ -101,6 +101,11 @@ class NumericalInverse:
                 return Solutions(tuple(found), ())
         return Solutions((), tuple(self._reasons(task, starts, home, tip, direction)))
 
+    def near(self, q: Array, tip: Array, direction: Array) -> Array | None:
+        """The solution that a configuration leads to, for a unit vector, or None."""
+        found = self._found(self.task, q[None], q, tip, direction)
+        return found[0] if found else None
+
     def standing(self, insertion: float | None = None) -> tuple[Array, NeedleTask]:
         """Home with the needle inserted so far, and the task with that joint held."""
         home = self.robot.home.copy()
