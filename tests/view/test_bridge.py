@@ -129,7 +129,10 @@ def test_damaged_bytes_are_a_message_or_refused():
 @pytest.fixture(scope="module")
 def session():
     robot, scene = bc.load_robot("zerobot"), bc.load_scene("ct_gantry")
-    return Session(robot, scene, first_plan(robot, scene))
+    made = Session(robot, scene, first_plan(robot, scene))
+    q = made.motion().waypoints[0]
+    made.glance(q), made.judge(q)  # compiled now, not while somebody waits
+    return made
 
 
 def needle_at(session, q):
@@ -137,7 +140,7 @@ def needle_at(session, q):
     return robot.placements(q)[robot.needle.tip]
 
 
-def wait_for(client, name, holds=lambda message: True, seconds=10.0):
+def wait_for(client, name, holds=lambda message: True, seconds=30.0):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         message = client.wait_for_message(name, timeout=0.5)
