@@ -31,7 +31,7 @@ LEFT_OUT = {
     "minutes": 2,
     "a workspace of ROS": 1,
     "a module of yours": 1,
-    "the package, installed": 6,
+    "the package, installed": 7,
     "a scan of yours": 3,
 }
 

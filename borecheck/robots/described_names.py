@@ -4,12 +4,13 @@ A link or joint may be there under other arguments only; a name is wrong if it i
 under none of them.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from borecheck.errors import UsageError
+from borecheck.errors import JointLimitError, UsageError
 from borecheck.robots.description import (
     Description,
     RobotDescription,
@@ -18,10 +19,15 @@ from borecheck.robots.description import (
 from borecheck.robots.description.fields import not_among
 from borecheck.robots.description.plugins import package_of
 from borecheck.robots.model import RobotModel
+from borecheck.robots.parts import Part
+
+Array = NDArray[np.float64]
 
 # The needle is asked where it goes over so much insertion, [m], and may go aside by a
 # millionth of it: more than rounding, less than a typed angle's last digit.
 STEP, ASIDE = 1e-3, 1e-9
+# A drawn needle may end so far from its tool frame: a rounded tip, [m].
+AT_ITS_END = 1e-3
 
 
 @dataclass(frozen=True)
@@ -63,9 +69,74 @@ def check_names(
             raise UsageError(f"{_whose(description)}: {problem}")
         warnings.append(f"{description.name}: {problem}")
     if isinstance(description, RobotDescription):
-        for problem in _insertion(description, model):
+        problems = [*_insertion(description, model)]
+        if _are_defaults(description, arguments):  # others may move limits
+            problems += _home_beyond(description, model)
+        for problem in problems:
             raise UsageError(f"{_whose(description)}: {problem}")
+        lacking = _home_lacks(description, model)
+        warnings += [f"{_whose(description)}: {problem}" for problem in lacking]
     return tuple(warnings)
+
+
+def tool_frame_off(
+    description: RobotDescription, model: RobotModel, parts: Sequence[Part]
+) -> tuple[str, ...]:
+    """A warning if the tool frame is not at the end of the needle's own shape.
+
+    Args:
+        description: Of a robot.
+        model: Built from it.
+        parts: Shapes of its links.
+    """
+    link, frame = description.needle_link, description.tool_frame
+    corners = [part.mesh.corners for part in parts if part.link == link]
+    if not corners or frame not in model.link_names:
+        return ()
+    q = np.zeros(len(model.free_joints))
+    ways = [_from_link(model, link, frame, at) for at in (q, q + STEP)]
+    if np.abs(ways[1] - ways[0]).max() > ASIDE:
+        return ()  # a joint lies between them
+    points = np.concatenate(corners).reshape(-1, 3) @ ways[0][:3, :3].T + ways[0][:3, 3]
+    ahead = float(points[:, 2].max())
+    if abs(ahead) <= AT_ITS_END:
+        return ()
+    where = "behind" if ahead > 0.0 else "beyond"
+    return (
+        f"{_whose(description)}: tool_frame {frame!r} is {1e3 * abs(ahead):.1f} mm "
+        f"{where} the end of needle_link {link!r}: plans bring the frame to the target",
+    )
+
+
+def _from_link(model: RobotModel, link: str | None, frame: str, q: Array) -> Array:
+    """T_frame_link (4, 4) at a configuration."""
+    placed = model.placements(q)
+    return np.asarray(np.linalg.inv(placed[frame]) @ placed[link or ""])
+
+
+def _are_defaults(description: Description, arguments: Mapping[str, str]) -> bool:
+    return all(
+        arguments.get(name) == argument.default
+        for name, argument in description.arguments.items()
+    )
+
+
+def _home_beyond(description: RobotDescription, model: RobotModel) -> Iterator[str]:
+    """A home that the robot cannot take."""
+    known = set(model.joint_names)
+    home = {name: v for name, v in description.home.items() if name in known}
+    try:
+        if home:
+            model.check_limits(model.configuration(home))
+    except JointLimitError as error:
+        yield f"home is beyond limits: {str(error).partition(': ')[2]}"
+
+
+def _home_lacks(description: RobotDescription, model: RobotModel) -> Iterator[str]:
+    """Joints that a home leaves out; one without any is all zeros, and says so."""
+    lacking = [name for name in model.joint_names if name not in description.home]
+    if description.home and lacking:
+        yield f"home does not name {', '.join(lacking)}: taken as 0"
 
 
 def _whose(description: Description) -> str:

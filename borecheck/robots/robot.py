@@ -12,6 +12,7 @@ from borecheck.errors import UsageError
 from borecheck.robots.allowed import AllowedPair, Request, allowances_of
 from borecheck.robots.checked_robot import NEVER_MODELLED as NEVER_MODELLED
 from borecheck.robots.checked_robot import Robot as Robot
+from borecheck.robots.described_names import tool_frame_off
 from borecheck.robots.description import RobotDescription, installed, installed_names
 from borecheck.robots.from_description import build_installed, complete_arguments
 from borecheck.robots.model import RobotModel
@@ -151,7 +152,7 @@ def _load_installed(
             AllowedPair(*pair, f"description of {name}")
             for pair in description.allowed_contacts
         ),
-        warnings=warnings,
+        warnings=(*warnings, *tool_frame_off(description, model, parts)),
         roots=ANYWHERE,
     )
 

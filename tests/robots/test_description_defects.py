@@ -124,6 +124,45 @@ def test_what_is_not_there_has_no_position(make):
     assert bc.load_robot("arm", tray="yes").home.tolist() == [0.3, 0.0, 0.1]
 
 
+def test_a_home_that_leaves_joints_out_is_told(make):
+    _, (_, _, warnings) = make(RobotDescription, home={"drive": 0.3})
+    assert warnings == ("robot arm: home does not name turn: taken as 0",)
+    _, (_, _, warnings) = make(RobotDescription, home={"drive": 0.3, "turn": 0})
+    assert warnings == ()
+
+
+def test_a_home_beyond_limits_is_told_with_the_usual_arguments(make):
+    home = {"drive": 1.5, "turn": 0.0}
+    with pytest.raises(UsageError, match="home is beyond limits: drive = "):
+        make(RobotDescription, arguments=WIDTH, home=home)
+    # other arguments may have other limits
+    make(RobotDescription, arguments=WIDTH, home=home, given={"width": "2"})
+
+
+@pytest.mark.parametrize(
+    ("height", "said"),
+    [
+        (0.0, None),
+        (0.0009, None),
+        (0.012, "12.0 mm behind the end of needle_link 'needle'"),
+        (-0.02, "20.0 mm beyond the end of needle_link 'needle'"),
+    ],
+)
+def test_a_tool_frame_away_from_the_needles_end_is_told(tmp_path, make, height, said):
+    shape = (
+        f'<link name="needle"><collision><origin xyz="0 0 {height - 0.05}"/><geometry>'
+        '<cylinder radius="0.001" length="0.1"/></geometry></collision></link>'
+    )
+    needle = {"needle_link": "needle", "tool_frame": "needle"}
+    make(RobotDescription, **needle)
+    file = tmp_path / "arm.urdf.xacro"
+    file.write_text(URDF.replace('<link name="needle"/>', shape))
+    warnings = bc.load_robot("arm").warnings
+    assert len(warnings) == (said is not None)
+    if said:
+        assert warnings[0].startswith(f"robot arm: tool_frame 'needle' is {said}")
+
+
 ROBOT_DEFECTS = [
     ({"arguments": {"width": Argument(0.9, "")}}, "0.9 is not a text; write '0.9'"),
     ({"arguments": {"width": Argument(None, "")}}, "default None is not a text"),
