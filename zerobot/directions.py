@@ -89,6 +89,17 @@ class AboutTarget:
         least = np.maximum(np.abs(q5) - half[:, 1], 0.0)
         return np.hypot(np.cos(np.minimum(least, math.pi)) * half[:, 0], half[:, 1])
 
+    def halves(self, angles: Array, angle: float) -> Array:
+        """Half widths (2,) of a cell about (q4, q5) that holds a cone of directions.
+
+        q5 is a latitude, q4 a longitude: a cap of that radius is as wide as it is high,
+        and reaches asin(sin(angle) / C5) in longitude; infinite if it holds the pole.
+        """
+        q5 = abs(float(angles[1]) + self.d.offsets[4])
+        if q5 + angle >= 0.5 * math.pi:
+            return np.full(2, np.inf)
+        return np.array([math.asin(math.sin(angle) / math.cos(q5)), angle])
+
     def configurations(
         self, target: Array, angles: Array, station: Array, insertion: float
     ) -> Array:

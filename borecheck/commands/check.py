@@ -24,6 +24,11 @@ from borecheck.commands.options.uncertainty import (
     add_options as add_uncertainty_options,
 )
 from borecheck.commands.output import emit, refuse_outputs, wants_display
+from borecheck.commands.plan_tolerance import (
+    add_tolerance,
+    add_tolerances,
+    refuse_stray_tolerance,
+)
 from borecheck.commands.slicer_files import add_slicer, refuse_folder, show_in_slicer
 from borecheck.core.units import parse_length
 
@@ -76,6 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_motion(parser)
     add_corridor(parser)
+    add_tolerance(parser)
     add_patient_place(parser)
     add_allowed(parser)
     add_uncertainty_options(parser)
@@ -125,6 +131,7 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
     refuse_outputs(args, "out", "report", "certificate")
     refuse_folder(args)
     refuse_stray_corridor(args)
+    refuse_stray_tolerance(args)
     plans = _plans_asked(args)
     files = prepared(args, plans)
     from borecheck.commands.compiling import tell_of_compiling
@@ -164,6 +171,7 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
     }
     asked = Asked(args, robot, scene, chosen, plans, waypoints, corridor)
     document |= asked.answer()
+    met = not plans or add_tolerances(document, args, robot, scene, chosen, plans)
     if path is not None:
         add_times(document, path)
     weighed(document)
@@ -179,7 +187,7 @@ def run(args: argparse.Namespace, more: Mapping[str, Any] | None = None) -> int:
         return ExitStatus.INTERRUPTED
     status = of_verdict(document["verdict"])
     # clear, but not all that was asked for could be given
-    return status if complete or status else ExitStatus.COULD_NOT
+    return status if (complete and met) or status else ExitStatus.COULD_NOT
 
 
 def _add_touching(document: dict[str, Any], robot: "Robot", scene: "Scene") -> None:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _AS_CHECKED = {
     **{"q": None, "plan": None, "checker": "exact", "pruning": "bvh"},
     **{"margin_kind": None, "uncertainty": None, "long_way": False},
-    "no_certificate": False,
+    **{"no_certificate": False, "tolerance": None, "repair": False},
 }
 
 

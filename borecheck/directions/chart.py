@@ -43,6 +43,10 @@ class AboutTarget(Protocol):
         """Bound on the angle between a cell's directions and its centre's, (k,)."""
         ...
 
+    def halves(self, angles: Array, angle: float) -> Array:
+        """Half widths (2,) of a cell about one place that holds a cone; or infinite."""
+        ...
+
     def configurations(
         self, target: Array, angles: Array, station: Array, insertion: float
     ) -> Array:
@@ -100,6 +104,13 @@ class Chart:
         names = description.closed_form_arguments
         about = make(**{name: robot.arguments[name] for name in names})
         return cls(robot, np.array(target, np.float64), about)
+
+    @staticmethod
+    def is_of(robot: Robot) -> bool:
+        """Whether a robot has a chart of the needle that is asked."""
+        described = robot.description
+        known = described is not None and described.about_target is not None
+        return known and has_closed_form(robot)
 
     @cached_property
     def insertion(self) -> str:

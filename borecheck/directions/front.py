@@ -40,7 +40,7 @@ class Front:
 
 def first_front(setup: MapSetup) -> Front:
     """The whole chart in large cells, of which nothing is known."""
-    low, high = first_cells(setup.chart.limits)
+    low, high = first_cells(setup.limits)
     cell, triangle = setup.skin.all_triangles(len(low))
     return Front(
         Leaves.unknown(low, high),

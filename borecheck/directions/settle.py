@@ -33,7 +33,7 @@ def settled(setup: MapSetup, leaves: Leaves, causes: Causes) -> Leaves:
         state[clear] = IS_UNDECIDED
         cause[clear] = causes.number(doubt)
         return replace(leaves, state=state, cause=cause)
-    for region in Grid(leaves, setup.chart.limits).regions(IS_CLEAR):
+    for region in Grid(leaves, setup.limits).regions(IS_CLEAR):
         found = _held(setup, leaves, int(region[0]))
         if found is not None:
             state[region] = found[0]

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.once import once_per_pair
 from borecheck.directions.chart import Chart
 from borecheck.directions.skin import Skin
 from borecheck.geometry.surfaces import surface
@@ -47,11 +48,19 @@ class MapSetup:
         chart: The robot's directions about the target.
         scene: What stands around it.
         asked: What a direction must keep.
+        box: Lower and upper ends of the coordinates that are asked, (2, 2), [rad]; the
+            whole chart by default.
     """
 
     chart: Chart
     scene: Scene
     asked: Requirements
+    box: Array | None = None
+
+    @property
+    def limits(self) -> Array:
+        """Lower and upper ends of the coordinates that are asked, (2, 2), [rad]."""
+        return self.chart.limits if self.box is None else self.box
 
     @property
     def robot(self) -> Robot:
@@ -108,11 +117,16 @@ class MapSetup:
         pick = np.array([(i >> 2 & 1, i >> 1 & 1, i & 1) for i in range(8)])
         return bounds[:, pick, np.arange(3)]
 
-    @cached_property
+    @property
     def against(self) -> tuple[MovingLinks, ...]:
         """Each part against all obstacles."""
-        others = PackedTrees([surface(o.mesh).tree for o in self.scene.obstacles])
-        return tuple(
-            MovingLinks.against(PackedTrees([surface(part.mesh).tree]), others)
-            for part in self.robot.parts
-        )
+        return _against(self.robot, self.scene)
+
+
+@once_per_pair
+def _against(robot: Robot, scene: Scene) -> tuple[MovingLinks, ...]:
+    others = PackedTrees([surface(o.mesh).tree for o in scene.obstacles])
+    return tuple(
+        MovingLinks.against(PackedTrees([surface(part.mesh).tree]), others)
+        for part in robot.parts
+    )

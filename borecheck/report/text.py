@@ -16,6 +16,7 @@ from borecheck.report.motion_words import at_least, motion_lines
 from borecheck.report.probability_words import cells as probability_cells
 from borecheck.report.probability_words import lines as probability_lines
 from borecheck.report.route_words import route_lines
+from borecheck.report.tolerance_words import tolerance_lines
 from borecheck.report.way_words import point_mm, way_out_words
 
 # As many rows as fit on a screen; the JSON holds all of them.
@@ -83,6 +84,7 @@ def _plans_text(document: Mapping[str, Any], explain: bool) -> list[Block]:
             "does not count where the plan has it",
         ]
     lines += ["", Table(rows), "", *_certificate_table(document)]
+    lines += tolerance_lines(document)
     lines += allowed_lines(document, explain)
     lines += _warning_lines(document)
     lines += _not_covered(document["not_modelled"], explain)
