@@ -1,5 +1,6 @@
 """NIfTI files as volumes: world axes RAS become LPS, the affine as it is stated."""
 
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -31,16 +32,18 @@ def read_nifti(path: Path) -> Volume:
     Raises:
         VolumeError: It cannot be read, or states no place.
     """
-    header, offset = _header(path)
-    shape = tuple(int(n) for n in header.get_data_shape())
-    if len(shape) < 3 or any(n != 1 for n in shape[3:]):
-        raise VolumeError(path, f"holds an image of {shape}, not one volume")
-    affine, notes = _affine(path, header, shape)
-    scale = _MM.get(header.get_xyzt_units()[0], 1.0)
-    if header.get_xyzt_units()[0] == "unknown":
-        notes = (*notes, "states no unit of length: NIfTI's usual one, mm, is taken")
-    M, origin = _LPS_RAS @ affine[:3, :3] * scale, _LPS_RAS @ affine[:3, 3] * scale
-    planes = _Planes(path, offset, shape[:3], header.get_data_dtype(), _slope(header))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what is read is checked below
+            M, origin, planes, notes = _stated(path, *_header(path))
+    except VolumeError:
+        raise
+    except Exception as error:
+        told = " ".join(str(error).split())[:160]
+        raise VolumeError(
+            path, f"its header cannot be read ({type(error).__name__}: {told})"
+        ) from error
+    shape = planes.shape
     volume = Volume(
         file=str(path),
         kind=kind_of(path, planes),
@@ -54,6 +57,22 @@ def read_nifti(path: Path) -> Volume:
     )
     more = steps_told(volume)
     return replace(volume, notes=(*volume.notes, *more))
+
+
+def _stated(
+    path: Path, header: Any, offset: int
+) -> tuple[Array, Array, "_Planes", tuple[str, ...]]:
+    """Directions (3, 3) and origin in LPS, [mm]; the voxels; what is said about it."""
+    shape = tuple(int(n) for n in header.get_data_shape())
+    if len(shape) < 3 or any(n != 1 for n in shape[3:]):
+        raise VolumeError(path, f"holds an image of {shape}, not one volume")
+    affine = _affine(path, header, shape)
+    unit = header.get_xyzt_units()[0]
+    scale = _MM.get(unit, 1.0)
+    M, origin = _LPS_RAS @ affine[:3, :3] * scale, _LPS_RAS @ affine[:3, 3] * scale
+    planes = _Planes(path, offset, shape[:3], header.get_data_dtype(), _slope(header))
+    usual = "states no unit of length: NIfTI's usual one, mm, is taken"
+    return M, origin, planes, (usual,) if unit == "unknown" else ()
 
 
 def _header(path: Path) -> tuple[Any, int]:
@@ -76,10 +95,8 @@ def _header(path: Path) -> tuple[Any, int]:
         ) from error
 
 
-def _affine(
-    path: Path, header: Any, shape: tuple[int, ...]
-) -> tuple[Array, tuple[str, ...]]:
-    """From voxel numbers to RAS, and what is said about it.
+def _affine(path: Path, header: Any, shape: tuple[int, ...]) -> Array:
+    """From voxel numbers to RAS, (4, 4).
 
     Raises:
         VolumeError: The file states none, or two that differ.
@@ -96,7 +113,7 @@ def _affine(
             raise VolumeError(
                 path, f"sform and qform differ by {most:.3g} mm: which is right?"
             )
-    return np.array(s if has_s else q, dtype=np.float64), ()
+    return np.array(s if has_s else q, dtype=np.float64)
 
 
 def _slope(header: Any) -> tuple[float, float]:

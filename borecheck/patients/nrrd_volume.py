@@ -1,6 +1,7 @@
 """NRRD files as volumes: CT, label maps, and segmentations of Slicer (`.seg.nrrd`)."""
 
 import re
+import warnings
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -88,7 +89,9 @@ def _header(path: Path) -> tuple[Any, int]:
             if not head.startswith(b"NRRD") or end is None:
                 raise VolumeError(path, "is no NRRD file with a header and data")
             stream.seek(0)
-            header = nrrd.read_header(stream)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # what is read is checked below
+                header = nrrd.read_header(stream)
     except (VolumeError, OSError):
         raise
     except Exception as error:

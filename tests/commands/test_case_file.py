@@ -142,7 +142,7 @@ FULL = (
 )  # fmt: skip
 TYPED = (
     ("case.toml --margin 5mm", {"margin": "5mm"}, {"check.margin"}),
-    ("case.toml --patien=arm.urdf", {"patient": ["arm.urdf"]}, {"patient"}),
+    ("case.toml --patient=arm.urdf", {"patient": ["arm.urdf"]}, {"patient"}),
     ("--q home case.toml", {"q": "home", "path": None, "corridor": None},
      {"check.path", "check.corridor"}),
     ("case.toml --plan plans.csv", {"path": None, "corridor": None},
