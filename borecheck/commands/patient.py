@@ -4,7 +4,7 @@ Everything is worked out on this machine, and nothing that names a person is rea
 """
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +18,7 @@ from borecheck.commands.options.scan import (
     wishes_of,
 )
 from borecheck.commands.output import emit, refuse_outputs
-from borecheck.core.whole_files import check_writable, same_file
+from borecheck.core.whole_files import check_writable, same_file, write_whole
 from borecheck.errors import UsageError
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from borecheck.patients.obstacle import PatientObstacle
     from borecheck.patients.volume import Volume
+    from borecheck.robots.obstacle_files import Obstacle
 
 # What an STL of ours begins with.
 _OURS = b"borecheck"
@@ -55,6 +56,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="SKIN.stl",
         help="write the obstacle there, in metres, in the scanner's frame",
+    )
+    parser.add_argument(
+        "--picture",
+        type=Path,
+        metavar="FILE.png",
+        help="write a picture there: three slices with the outline, the body in place",
+    )
+    parser.add_argument(
+        "--scanner",
+        metavar="NAME",
+        help="an installed scanner to show around the body in the picture",
     )
     parser.add_argument(
         "--format", choices=("text", "json"), default="text", help="form of the result"
@@ -91,18 +103,23 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_outputs(args: argparse.Namespace) -> None:
     """Outputs that cannot be written, before any work is done."""
-    refuse_outputs(args, "result")
+    refuse_outputs(args, "result", "picture")
+    if args.scanner is not None and args.picture is None:
+        raise UsageError("--scanner is shown in the picture: give --picture")
+    for name in ("out", "picture"):
+        if getattr(args, name) is not None and (args.list or args.geometry_only):
+            raise UsageError(f"--{name} needs the surface: leave out --list and so on")
+    if args.picture is not None and args.picture.suffix.lower() != ".png":
+        raise UsageError(f"--picture {args.picture}: name it .png")
     if args.out is None:
         return
-    if args.list or args.geometry_only:
-        raise UsageError(
-            "--out goes with the surface: leave out --list, --geometry-only"
-        )
     if args.out.suffix.lower() != ".stl":
         raise UsageError(f"--out {args.out}: a surface is written as STL: name it .stl")
     check_writable(args.out)
-    if args.result is not None and same_file(args.out, args.result):
-        raise UsageError("--out and --result name the same file")
+    for name in ("result", "picture"):
+        other = getattr(args, name)
+        if other is not None and same_file(args.out, other):
+            raise UsageError(f"--out and --{name} name the same file")
     if args.out.is_file() and not args.out.read_bytes()[:80].startswith(_OURS):
         raise UsageError(f"--out {args.out}: is there already and no result")
 
@@ -145,11 +162,15 @@ def _made(args: argparse.Namespace, volume: "Volume") -> dict[str, Any]:
     """The obstacle: what it was made of, what is proven, where it was written."""
     from borecheck.geometry.mesh_files.reading import write_stl
     from borecheck.patients.obstacle import patient_obstacle
+    from borecheck.report.patient_picture import preview
 
     wishes, place = wishes_of(args), scan_place(args, volume)
+    around = _around(args.scanner)
     made = patient_obstacle(volume, place.T_frame_lps, wishes, shown())
     if args.out is not None:
         write_stl(args.out, made.mesh)
+    if args.picture is not None:
+        write_whole(args.picture, preview(made, place.T_frame_lps, around))
     return {
         **made.to_json(),
         "obstacle": {**_obstacle(args.out, made), "frame": place.frame},
@@ -159,6 +180,15 @@ def _made(args: argparse.Namespace, volume: "Volume") -> dict[str, Any]:
         },
         "notes": list(stated(made, place)),
     }
+
+
+def _around(scanner: str | None) -> "Sequence[Obstacle]":
+    """What stands in a scanner but its own patient."""
+    if scanner is None:
+        return ()
+    from borecheck.robots.scene import load_scene
+
+    return [o for o in load_scene(scanner).obstacles if o.role != "patient"]
 
 
 def _obstacle(file: Path | None, made: "PatientObstacle") -> dict[str, Any]:

@@ -270,3 +270,23 @@ def test_what_cannot_be_meant_is_one_line(series, capsys, more, saying):
     assert (status, out) == (2, "")
     assert err.count("\n") == 1
     assert saying in err
+
+
+def test_the_picture_shows_seen_and_assumed_outlines(made, monkeypatch):
+    """Water is seen as light, and both outlines run around it in their colours."""
+    from borecheck.report import patient_picture
+
+    image = []
+    keep = patient_picture.png
+    monkeypatch.setattr(
+        patient_picture, "png", lambda pixels: image.append(pixels) or keep(pixels)
+    )
+    png = patient_picture.preview(made, np.eye(4), ())
+    assert png.startswith(b"\x89PNG")
+    frontal = image[0][: patient_picture.HEIGHT, -patient_picture.WIDTH :]
+    seen = (frontal == patient_picture.SEEN).all(axis=2)
+    assumed = (frontal == patient_picture.ASSUMED).all(axis=2)
+    rows = [np.flatnonzero(marks.any(axis=1)) for marks in (seen, assumed)]
+    assert rows[1].min() < rows[0].min() < rows[0].max() < rows[1].max()
+    light = (frontal.min(axis=2) > 150).any(axis=1)
+    assert light[(rows[0].min() + rows[0].max()) // 2]
