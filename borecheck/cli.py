@@ -41,6 +41,7 @@ COMMANDS = {
     "report": ("borecheck.commands.report", "a result as one HTML page"),
     "verify": ("borecheck.commands.verify", "re-check a path certificate"),
     "patient": ("borecheck.commands.patient", "an obstacle that contains the patient"),
+    "body": ("borecheck.commands.body", "a patient's body by sex, height and BMI"),
     "cache": ("borecheck.commands.cache", "results kept on disk"),
     "view": ("borecheck.commands.view", "live view in the browser"),
 }

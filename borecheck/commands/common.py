@@ -110,7 +110,8 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="FILE",
-        help="a patient's surface, FILE[:unit][:frame][@pose] (repeatable)",
+        help="a patient's surface, FILE[:unit][:frame][@pose], or a body, "
+        "body:sex=f,bmi=35,height=1.65,arms=up[@pose] (repeatable)",
     )
     add_patient_ct(parser)
 

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.bodies.body import NOT_MODELLED, make_body
+from borecheck.bodies.spec import PREFIX, body_spec
 from borecheck.core.units import LENGTH_UNITS, parse_pose
 from borecheck.errors import MeshError, UnknownNameError, UrdfError, UsageError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
@@ -100,7 +102,7 @@ class FileObstacles:
 
 
 def read_obstacle(text: str, role: str, roots: Roots = NO_ROOTS) -> FileObstacles:
-    """Obstacles from `FILE[:unit][:frame][@x,y,z[,r,p,y]]`.
+    """Obstacles from `FILE[:unit][:frame][@x,y,z[,r,p,y]]` or `body:...[@...]`.
 
     Raises:
         UsageError: An unknown unit, frame or a pose that is none.
@@ -110,6 +112,8 @@ def read_obstacle(text: str, role: str, roots: Roots = NO_ROOTS) -> FileObstacle
     """
     if role not in ROLES:
         raise UnknownNameError("role", role, ROLES)
+    if text.startswith(PREFIX):
+        return _body(text, role)
     typed = split_file_text(text)
     T_scene_file = parse_pose(typed.pose) if typed.pose is not None else np.eye(4)
     if typed.path.suffix in URDF_SUFFIXES:
@@ -121,6 +125,16 @@ def read_obstacle(text: str, role: str, roots: Roots = NO_ROOTS) -> FileObstacle
             )
         return _urdf_obstacles(typed.path, role, T_scene_file, roots)
     return _mesh_obstacle(typed, role, T_scene_file)
+
+
+def _body(text: str, role: str) -> FileObstacles:
+    """A patient's body by sex, height and body mass index, `body:...[@pose]`."""
+    words, at, pose = text.partition("@")
+    spec = body_spec(words)
+    T = parse_pose(pose) if at else np.eye(4)
+    placed = place_mesh(T, make_body(spec).mesh)
+    obstacle = Obstacle("body", role, placed, str(spec))
+    return FileObstacles((obstacle,), not_modelled=(NOT_MODELLED,))
 
 
 def _mesh_obstacle(typed: FileText, role: str, T_scene_pose: Array) -> FileObstacles:

@@ -89,6 +89,8 @@ SAME = (
      "--allow a:b --allow b:c"),
     ('[check]\nplan = "plans.csv"\n[coordinates]\nisocentre = ["12mm", 0, "-75cm"]\n'
      'position = "FFP"', "--plan plans.csv --isocentre 12mm,0,-75cm --position FFP"),
+    ('[check]\nq = "home"\n[[patient]]\nbody = "sex=f,bmi=35"\npose = [0, 0, "1cm"]',
+     "--q home --patient body:sex=f,bmi=35@0,0,1cm"),
     ('[check]\nplan = "plans.csv"\n[coordinates]\ntransform = "block.stl"',
      "--plan plans.csv --transform block.stl"),
 )  # fmt: skip

@@ -206,6 +206,8 @@ def _body(value: Any, folder: Path) -> str:
     from borecheck.robots.file_text import FileText, split_file_text
 
     table = _typed(value, dict)
+    if "body" in table:
+        return _body_by_size(table, folder)
     unknown = next((key for key in table if key not in BODY), None)
     if unknown is not None:
         raise CaseValueError(f"unknown key{meant(unknown, BODY)}", f".{unknown}")
@@ -218,6 +220,19 @@ def _body(value: Any, folder: Path) -> str:
     if split_file_text(typed) != meant_so:
         raise CaseValueError(f"{meant_so.path} cannot be told from its pose: rename it")
     return typed
+
+
+def _body_by_size(table: Mapping[str, Any], folder: Path) -> str:
+    """A patient's body by sex, height and body mass index, and where it lies."""
+    from borecheck.bodies.spec import PREFIX, body_spec
+
+    unknown = next((key for key in table if key not in ("body", "pose")), None)
+    if unknown is not None:
+        raise CaseValueError("does not go with body", f".{unknown}")
+    words = _text(table["body"])
+    _as_typed(body_spec, words)
+    at = f"@{pose(table['pose'], folder)[0]}" if "pose" in table else ""
+    return f"{PREFIX}{words.removeprefix(PREFIX)}{at}"
 
 
 def _frame(value: Any, folder: Path) -> list[str]:
