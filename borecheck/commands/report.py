@@ -9,6 +9,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("result", type=Path, help="a result (JSON), or a page of one")
     parser.add_argument("out", type=Path, help="the page to write")
     parser.add_argument("--date", default=None, help="date to print, as text")
+    parser.add_argument("--title", default=None, help="title to print")
+    parser.add_argument("--author", default=None, help="author to print")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -20,7 +22,8 @@ def run(args: argparse.Namespace) -> int:
 
     refuse_outputs(args, more={"the page": args.out})
     document = read_result(args.result)
-    if args.date is not None:
-        document["date"] = args.date
+    for name in ("date", "title", "author"):
+        if getattr(args, name) is not None:
+            document[name] = getattr(args, name)
     write_whole(args.out, page(document))
     return 0

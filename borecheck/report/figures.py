@@ -1,4 +1,4 @@
-"""Plots as inline SVG: curves along a path, bars, maps of values.
+"""Plots as inline SVG: axes, curves, bars, histograms.
 
 Every text in them is escaped; colours come from the page's style sheet, so that they
 follow light and dark. No scripts needed; the page's script adds the cursor.
@@ -6,95 +6,34 @@ follow light and dark. No scripts needed; the page's script adds the cursor.
 
 from collections.abc import Callable, Mapping, Sequence
 from math import ceil, floor, log10
-from typing import Any
 
-import numpy as np
 from markupsafe import Markup, escape
-
-from borecheck.report.motion_words import at_least
 
 WIDTH, HEIGHT = 760, 270
 LEFT, RIGHT, TOP, BOTTOM = 58, 14, 14, 58
-# Curves of single links, nearest first: more than these cannot be told apart.
+# Curves in one plot: more than these cannot be told apart.
 LINKS_SHOWN = 6
 
 Points = Sequence[tuple[float, float]]
-
-
-def clearance_plot(
-    path: Mapping[str, Any], margin_m: float, motion: int, title: str
-) -> Markup:
-    """Clearance along a path in millimetres, per link too, with what is certified.
-
-    Args:
-        path: The `path` block of a result.
-        margin_m: Required clearance, [m].
-        motion: Number of the motion, for the cursor.
-        title: What it shows, for readers who do not see it.
-    """
-    fractions = [100.0 * f for f in path["fractions"]]
-    poses = path["poses"]
-    whole = [
-        (x, 1e3 * pose["clearance_m"])
-        for x, pose in zip(fractions, poses, strict=True)
-        if pose["clearance_m"] is not None
-    ]
-    links = _link_curves(fractions, poses)
-    tallest = [y for curve in (whole, *links.values()) for _, y in curve]
-    top = nice_ceiling(max([*tallest, 1.25e3 * margin_m, 1.0]))
-    axes = Axes((0.0, 100.0), (0.0, top), HEIGHT)
-    parts = [axes.grid(_along(path), "clearance [mm]", 20.0, _clock(path))]
-    parts += [_stretches(path["intervals"], axes)]
-    if margin_m > 0.0:
-        name = f"margin {1e3 * margin_m:g} mm"
-        parts.append(_level(axes, 1e3 * margin_m, "margin", name))
-    if path.get("least") is not None:
-        proven = path["least"]["clearance_m"]
-        name = f"never nearer, proven: {at_least(proven)}"
-        parts.append(_level(axes, 1e3 * proven, "least", name))
-    for k, curve in enumerate(links.values()):
-        parts.append(_line(axes, curve, f"curve link c{k}"))
-    parts.append(_line(axes, whole, "curve whole"))
-    parts += [_contact_marks(fractions, poses, axes)]
-    parts.append(
-        f'<line class="cursor" data-motion="{motion}" x1="{axes.x(0):.1f}" '
-        f'x2="{axes.x(0):.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"/>'
-    )
-    return svg("".join(parts), HEIGHT, title, f'data-plot="{motion}"') + _legend(
-        links, margin_m
-    )
-
-
-def _along(path: Mapping[str, Any]) -> str:
-    """The name of the lower axis: where it is, and when, if the path has times."""
-    return f"along the path [%]{', at time [s]' if 'times_s' in path else ''}"
-
-
-def _clock(path: Mapping[str, Any]) -> Callable[[float], str]:
-    """What stands below the plot at so many per cent of the path."""
-    if "times_s" not in path:
-        return "{:g}".format
-    fractions, times = path["fractions"], path["times_s"]
-
-    def written(percent: float) -> str:
-        return f"{percent:g} | {np.interp(percent / 100.0, fractions, times):.4g}"
-
-    return written
 
 
 class Axes:
     """From numbers to places in a plot of the standard width."""
 
     def __init__(
-        self, xs: tuple[float, float], ys: tuple[float, float], height: int
+        self,
+        xs: tuple[float, float],
+        ys: tuple[float, float],
+        height: int,
+        right: int = RIGHT,
     ) -> None:
         self._xs, self._ys = xs, ys
-        self._height = height
+        self._height, self._right = height, right
 
     def x(self, value: float) -> float:
         """Pixels from the left."""
         low, high = self._xs
-        return LEFT + (value - low) / (high - low) * (WIDTH - LEFT - RIGHT)
+        return LEFT + (value - low) / (high - low) * (WIDTH - LEFT - self._right)
 
     def y(self, value: float) -> float:
         """Pixels from the top."""
@@ -116,7 +55,7 @@ class Axes:
         for k in range(ceil(low / step), floor(high / step) + 1):
             y = self.y(k * step)
             parts.append(
-                f'<line class="grid" x1="{LEFT}" x2="{WIDTH - RIGHT}" '
+                f'<line class="grid" x1="{LEFT}" x2="{WIDTH - self._right}" '
                 f'y1="{y:.1f}" y2="{y:.1f}"/>'
                 f'<text class="tick" x="{LEFT - 8}" y="{y + 4:.1f}" '
                 f'text-anchor="end">{k * step:g}</text>'
@@ -130,7 +69,7 @@ class Axes:
             )
         middle = 0.5 * (TOP + bottom)
         parts.append(
-            f'<text class="name" x="{0.5 * (LEFT + WIDTH):.0f}" '
+            f'<text class="name" x="{0.5 * (LEFT + WIDTH - self._right):.0f}" '
             f'y="{self._height - 8}" text-anchor="middle">{escape(x_name)}</text>'
             f'<text class="name" text-anchor="middle" '
             f'transform="translate(14 {middle:.0f}) rotate(-90)">'
@@ -139,79 +78,14 @@ class Axes:
         return "".join(parts)
 
 
-def _link_curves(
-    fractions: Sequence[float], poses: Sequence[Mapping[str, Any]]
-) -> dict[str, Points]:
-    """The curves of the links that come nearest, by name."""
-    curves: dict[str, list[tuple[float, float]]] = {}
-    for x, pose in zip(fractions, poses, strict=True):
-        for link, clearance in (pose.get("link_clearance") or {}).items():
-            curves.setdefault(link, []).append((x, 1e3 * clearance))
-    nearest = sorted(curves, key=lambda link: min(y for _, y in curves[link]))
-    return {link: curves[link] for link in nearest[:LINKS_SHOWN]}
-
-
-def _line(axes: Axes, points: Points, classes: str) -> str:
+def line(axes: Axes, points: Points, classes: str) -> str:
+    """A curve, or a dot where there is one point only."""
     if len(points) == 1:
         x, y = points[0]
         at = f'cx="{axes.x(x):.1f}" cy="{axes.y(y):.1f}"'
         return f'<circle class="{classes}" r="3" {at}/>'
     places = " ".join(f"{axes.x(x):.1f},{axes.y(y):.1f}" for x, y in points)
     return f'<polyline class="{classes}" points="{places}"/>'
-
-
-def _level(axes: Axes, height_mm: float, kind: str, name: str) -> str:
-    """A line across the plot, named above its right end; the least one, its left."""
-    y, at_left = axes.y(height_mm), kind == "least"
-    x, anchor = (LEFT + 4, "start") if at_left else (WIDTH - RIGHT - 4, "end")
-    return (
-        f'<line class="{kind}" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" '
-        f'y2="{y:.1f}"/><text class="{kind}-name" x="{x}" '
-        f'y="{y - 5:.1f}" text-anchor="{anchor}">{name}</text>'
-    )
-
-
-def _stretches(intervals: Sequence[Mapping[str, Any]], axes: Axes) -> str:
-    """A band under the axis: what is known of each stretch between the samples."""
-    y = HEIGHT - BOTTOM + 6
-    names = {"clear": "proven clear", "contact": "contact", "unknown": "not proven"}
-    parts = []
-    for found in intervals:
-        x0, x1 = axes.x(100.0 * found["from"]), axes.x(100.0 * found["to"])
-        verdict = found["verdict"] if found["verdict"] in names else "unknown"
-        label = f"{100 * found['from']:.1f} to {100 * found['to']:.1f} %"
-        parts.append(
-            f'<rect class="band {verdict}" x="{x0:.1f}" y="{y}" '
-            f'width="{max(x1 - x0, 1.0):.1f}" height="9">'
-            f"<title>{label}: {names[verdict]}</title></rect>"
-        )
-    return "".join(parts)
-
-
-def _contact_marks(
-    fractions: Sequence[float], poses: Sequence[Mapping[str, Any]], axes: Axes
-) -> str:
-    y = axes.y(0.0)
-    parts = []
-    for x, pose in zip(fractions, poses, strict=True):
-        if pose["verdict"] == "contact":
-            at = axes.x(x)
-            parts.append(
-                f'<path class="hit" d="M{at - 4:.1f} {y - 4:.1f}l8 8m0 -8l-8 8"/>'
-            )
-    return "".join(parts)
-
-
-def _legend(links: Mapping[str, Points], margin_m: float) -> Markup:
-    entries = [("whole", "robot as a whole, straight between the poses sampled")]
-    entries += [(f"link c{k}", name) for k, name in enumerate(links)]
-    items = [_key(f"curve {classes}", name) for classes, name in entries]
-    for verdict, name in (("clear", "proven clear"), ("unknown", "not proven")):
-        items.append(
-            f'<li><svg width="26" height="10" aria-hidden="true"><rect class="band '
-            f'{verdict}" width="26" height="9"/></svg> {name} between samples</li>'
-        )
-    return Markup('<ul class="legend">' + "".join(items) + "</ul>")
 
 
 def _key(classes: str, name: str) -> str:
@@ -283,7 +157,7 @@ def curves(lines: Mapping[str, Points], x_name: str, y_name: str, title: str) ->
     items = []
     for k, (name, points) in enumerate(lines.items()):
         classes = f"curve link c{k % LINKS_SHOWN}"
-        parts.append(_line(axes, points, classes))
+        parts.append(line(axes, points, classes))
         items.append(_key(classes, name))
     legend = Markup('<ul class="legend">' + "".join(items) + "</ul>")
     return svg("".join(parts), HEIGHT, title) + legend

@@ -6,10 +6,11 @@ the one whose hash it names.
 """
 
 import json
+import re
 import shlex
 import zlib
 from base64 import b64encode
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -19,10 +20,14 @@ from borecheck.core.palette import style_sheet
 from borecheck.core.result_file import RESULT_ID
 from borecheck.errors import BorecheckError
 from borecheck.report.case_words import case_notes
+from borecheck.report.many_plans import for_a_page
 from borecheck.report.motion_words import at_least, at_most
 
 TEMPLATES = Path(__file__).parent / "templates"
 ASSETS = Path(__file__).parent / "assets"
+
+# From the root of a disk down to a file, alone or behind a word like `--plan=`.
+_WHOLE_PATH = re.compile(r"(?<![\w./~-])~?/(?:[^/\0\s:,;@]+/)*[^/\0\s:,;@]+")
 
 # Rows of a table shown; the page's data block holds all.
 MOST_ROWS = 400
@@ -60,22 +65,26 @@ def page(document: Mapping[str, Any]) -> str:
 
 
 def _rendered(document: Mapping[str, Any]) -> str:
+    document = for_a_page(document)
     views = _views(document)
-    style = _style()
+    data = embedded_json(document)
+    digest = sha256(data.encode()).hexdigest()
+    style = _style() + print_foot(digest)
     script = _script("page_view.js" if views["has_view"] else "page.js")
     template = _environment().get_template("page.html.j2")
     return str(
         template.render(
             document=document,
             kind=_kind(document),
-            # a way is checked as any path, and is not what was asked for
-            command_shown="route" if "route" in document else document["command"],
+            named=named(document),
+            subject=subject(document),
+            digest=digest,
             **views,
             style=style,
             script=script,
             policy=_policy(style, script),
             result_id=RESULT_ID,
-            result_json=embedded_json(document),
+            result_json=data,
         )
     )
 
@@ -83,6 +92,26 @@ def _rendered(document: Mapping[str, Any]) -> str:
 def _kind(document: Mapping[str, Any]) -> str:
     command = str(document.get("command", ""))
     return command if command in STUDIES else "study"
+
+
+def named(document: Mapping[str, Any]) -> str:
+    """What the page is of: a way that was found is checked, yet it is a route."""
+    return "route" if "route" in document else str(document.get("command", ""))
+
+
+def subject(document: Mapping[str, Any]) -> str:
+    """Of which robot where, for the page's head and its title."""
+    robot, scene = document.get("robot"), document.get("scene")
+    words = [block.get("name") for block in (robot, scene) if isinstance(block, dict)]
+    return " in ".join(short(word) for word in words if word)
+
+
+def print_foot(digest: str) -> str:
+    """A style sheet's rule: on paper every sheet says of which result it is."""
+    return (
+        f'@page {{ @bottom-left {{ content: "result {digest[:16]}"; '
+        "font: 8pt system-ui, sans-serif; color: #444; } }\n"
+    )
 
 
 def _views(document: Mapping[str, Any]) -> dict[str, Any]:
@@ -156,9 +185,20 @@ def _environment() -> Any:
     environment.filters["case_notes"] = case_notes
     environment.filters["sentence"] = lambda text: f"{text[:1].upper()}{text[1:]}"
     environment.filters["cell"] = cell
-    environment.filters["command_line"] = lambda words: shlex.join(map(str, words))
+    environment.filters["command_line"] = command_line
+    environment.filters["short"] = short
     environment.globals["MOST_ROWS"] = MOST_ROWS
     return environment
+
+
+def short(text: Any) -> str:
+    """A file's name in place of its whole path: a page is handed on."""
+    return _WHOLE_PATH.sub(lambda found: found[0].rsplit("/", 1)[1], str(text))
+
+
+def command_line(words: Sequence[Any]) -> str:
+    """The command as it was typed, files by their names."""
+    return shlex.join(short(word) for word in words)
 
 
 def millimetres(length: float | None) -> str:

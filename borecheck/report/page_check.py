@@ -7,11 +7,15 @@ from markupsafe import Markup
 
 from borecheck.report.allowed_words import half_lines, named
 from borecheck.report.checked_words import about
-from borecheck.report.figures import clearance_plot
+from borecheck.report.figures import LINKS_SHOWN
+from borecheck.report.figures_clearance import clearance_plot, overlaid
 from borecheck.report.motion_words import motion_lines
 from borecheck.report.pictures import Subject, pictures_at
 from borecheck.report.probability_words import lines as probability_lines
 from borecheck.report.way_words import way_out_words
+
+# Motions with a section of their own, the worst first; the table has all.
+MOST_DETAILED = 12
 
 CHECKERS = {
     "exact": "the sign of every determinant is exact; touching counts as contact",
@@ -28,11 +32,20 @@ def views(document: Mapping[str, Any]) -> dict[str, Any]:
     shown = [m for m in motions if m["reachable"]]
     for number, motion in enumerate(shown):
         motion["number"] = number  # its place in the display block
-        motion["plot"] = _plot(motion)
     worst = min(shown, key=_badness) if shown else None
+    detailed = sorted(shown, key=_badness)[:MOST_DETAILED]
+    for motion in detailed:
+        motion["plot"] = _plot(motion)
     return {
         "motions": motions,
-        "shown": sorted(shown, key=_badness),
+        "shown": detailed,
+        "not_detailed": len(shown) - len(detailed),
+        "counts": {
+            verdict: sum(motion["verdict"] == verdict for motion in motions)
+            for verdict in ("contact", "unknown", "clear")
+        },
+        "left_out": document.get("poses_left_out"),
+        "overlay": _overlay(document, shown),
         "paths": sum(motion["path"] is not None for motion in shown),
         "proven": sum(
             bool((motion["path"] or {}).get("certified")) for motion in shown
@@ -156,10 +169,22 @@ def _touching(
 
 
 def _plot(motion: Mapping[str, Any]) -> Markup | None:
-    if motion["path"] is None:
+    if motion["path"] is None or len(motion["path"]["poses"]) < 2:
         return None
     title = f"Clearance along {motion['name']}: {motion['reason']}"
     return clearance_plot(motion["path"], motion["margin"], motion["number"], title)
+
+
+def _overlay(
+    document: Mapping[str, Any], shown: Sequence[Mapping[str, Any]]
+) -> Markup | None:
+    """The worst motions over each other, where there are several."""
+    worst = [m for m in sorted(shown, key=_badness) if m["path"]][:LINKS_SHOWN]
+    if len(worst) < 2 or "poses_left_out" in document:
+        return None
+    paths = {m["name"]: m["path"] for m in worst}
+    title = "Clearance of the whole robot along the plans that come nearest"
+    return overlaid(paths, document["margin_m"], title)
 
 
 def _pictures(

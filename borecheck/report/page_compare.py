@@ -11,6 +11,9 @@ from borecheck.report.allowed_words import named
 from borecheck.report.figures_pair import two_triangles
 from borecheck.report.pictures import Subject, pictures_at
 
+# The checker that the others are held against.
+JUDGE = "exact"
+
 # Disputed pairs that are drawn alone, with their determinants.
 DRAWN = 12
 
@@ -33,7 +36,14 @@ def views(document: Mapping[str, Any]) -> dict[str, Any]:
     for dispute in found:
         cause = dispute["cause"] or "no known cause"
         causes[cause] = causes.get(cause, 0) + 1
+    by_checker = poses_told(document["poses"], names)
+    hits = sum(bool(pose["verdicts"].get(JUDGE)) for pose in document["poses"])
+    missed = {name: told[0] for name, told in by_checker.items() if told[0]}
     return {
+        "by_checker": by_checker,
+        "missed": missed,
+        "headline": _headline(missed, by_checker, hits),
+        "verdicts_told": _verdicts_told(missed, hits, len(document["poses"])),
         "checkers": names,
         "matrix": [[_differences(found, a, b) for b in names] for a in names],
         "disputes": found,
@@ -47,6 +57,49 @@ def views(document: Mapping[str, Any]) -> dict[str, Any]:
         "allowed": [named(pair) for pair in document.get("allowed", ())],
         "hints": document.get("hints", ()),
     }
+
+
+def poses_told(
+    poses: Sequence[Mapping[str, Any]], names: Sequence[str]
+) -> dict[str, tuple[int, int]]:
+    """Of every checker: poses whose contact it misses, and those it invents one at."""
+    told = {}
+    for name in names:
+        pairs = [
+            (pose["verdicts"][JUDGE], pose["verdicts"][name])
+            for pose in poses
+            if name in pose["verdicts"] and JUDGE in pose["verdicts"]
+        ]
+        missed = sum(bool(truth) and not said for truth, said in pairs)
+        invented = sum(bool(said) and not truth for truth, said in pairs)
+        told[name] = (missed, invented)
+    return told
+
+
+def _headline(
+    missed: Mapping[str, int], told: Mapping[str, tuple[int, int]], hits: int
+) -> str:
+    if missed:
+        worst = max(missed, key=lambda name: missed[name])
+        of = f"{missed[worst]} of {hits} {'pose' if hits == 1 else 'poses'}"
+        return f"{worst} misses {of} in contact"
+    invented = {name: count for name, (_, count) in told.items() if count}
+    if invented:
+        worst = max(invented, key=lambda name: invented[name])
+        count = invented[worst]
+        return f"{worst} invents contact at {count} {'pose' if count == 1 else 'poses'}"
+    return "All checkers say the same of every pose"
+
+
+def _verdicts_told(missed: Mapping[str, int], hits: int, poses: int) -> str:
+    """One sentence: in how many poses there is contact, and who misses some."""
+    begin = f"{hits} of {poses} {'pose' if poses == 1 else 'poses'} in contact"
+    if not hits:
+        return f"{begin}: there was none to miss."
+    if not missed:
+        return f"{begin}: no checker misses one."
+    told = ", ".join(f"{name} {count}" for name, count in missed.items())
+    return f"{begin}. Missed: {told}; by the others none."
 
 
 def _depth(dispute: Mapping[str, Any]) -> float:

@@ -69,11 +69,28 @@ def validate_views(document: Mapping[str, Any]) -> dict[str, Any]:
             key=lambda f: (_rank(f["severity"]), f["line"] or 0),
         )
         counts = {s: sum(f["severity"] == s for f in findings) for s in SEVERITIES}
-        files.append({"file": entry["file"], "findings": findings, "counts": counts})
+        codes = sorted({f["code"] for f in findings})
+        files.append(
+            {
+                **{"file": entry["file"], "findings": findings},
+                **{"counts": counts, "codes": codes},
+            }
+        )
     return {
         "files": files,
+        "codes": _codes([f for file in files for f in file["findings"]]),
         "totals": {s: sum(f["counts"][s] for f in files) for s in SEVERITIES},
     }
+
+
+def _codes(findings: Sequence[Mapping[str, Any]]) -> list[tuple[str, str, int]]:
+    """Code, name and number of each kind of finding, the most frequent first."""
+    counts: dict[tuple[str, str], int] = {}
+    for finding in findings:
+        key = (str(finding["code"]), str(finding.get("name", "")))
+        counts[key] = counts.get(key, 0) + 1
+    ordered = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
+    return [(code, name, count) for (code, name), count in ordered]
 
 
 def _rank(severity: str) -> int:

@@ -10,10 +10,17 @@ from borecheck.errors import BorecheckError
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.reading import write_stl
-from borecheck.report import display, page_compare, page_study
+from borecheck.report import (
+    display,
+    many_plans,
+    page_check,
+    page_compare,
+    page_study,
+)
 from borecheck.report.excerpts import with_excerpts
+from borecheck.report.figures_clearance import clearance_plot
 from borecheck.report.figures_still import Stage, looking, png
-from borecheck.report.page import embedded_json, page
+from borecheck.report.page import embedded_json, page, short
 from borecheck.report.thinning import thinned
 from tests.places import ROBOTS
 
@@ -178,6 +185,122 @@ def test_an_unreachable_plan_has_a_row_and_no_motion(contact):
     assert "too far" in text
     assert 'data-motion="0"' in text
     assert 'data-motion="1"' not in text
+
+
+def with_plans(document, count):
+    """A check of that many plans, each with the motion of a checked path."""
+    plan = {
+        **{k: v for k, v in document.items() if k not in ("display", "robot", "scene")},
+        "reachable": True,
+        "entry": [0.0, 0.0, 0.0],
+        "target": [0.0, 0.0, -0.1],
+    }
+    names = [f"plan {k}" for k in range(count)]
+    motion = document["display"]["motions"][0]
+    display = {
+        **document["display"],
+        "motions": [{**motion, "name": name} for name in names],
+    }
+    plans = [{**plan, "name": name} for name in names]
+    return {**document, "plans": plans, "display": display}
+
+
+@pytest.fixture
+def path_document(made, tmp_path):
+    path = tmp_path / "path.csv"
+    path.write_text("j\n0\n0.05\n")
+    return made("check", "--path", path, "--samples", "5")
+
+
+def test_very_many_plans_keep_what_is_said_and_the_pose_that_decides(path_document):
+    count = many_plans.WHOLE_UP_TO + 1
+    document = with_plans(path_document, count)
+    thin = many_plans.for_a_page(document)
+    assert [p["verdict"] for p in thin["plans"]] == [
+        p["verdict"] for p in document["plans"]
+    ]
+    samples = [len(p["path"]["poses"]) for p in thin["plans"]]
+    assert sorted(set(samples)) == [1, 5]
+    assert samples.count(5) == many_plans.WHOLE_OF_MANY
+    last, full = thin["display"]["motions"][-1], document["display"]["motions"][-1]
+    worst = document["path"]["worst"]["fraction"]
+    k = document["path"]["fractions"].index(worst)
+    placed = display.inflated(full["placements"], "<f4").reshape(full["poses"], -1)
+    np.testing.assert_array_equal(
+        display.inflated(last["placements"], "<f4"), placed[k]
+    )
+    text = body(page(document))
+    assert text.count("data-fly") >= count
+    assert text.count('class="motion"') == page_check.MOST_DETAILED
+    assert f"Of {count} plans this page carries the pose that decides" in text
+
+
+def test_few_plans_stay_whole(path_document):
+    document = with_plans(path_document, 3)
+    assert many_plans.for_a_page(document) is document
+    assert "carries the pose that decides" not in body(page(document))
+
+
+def test_a_route_says_what_it_is(path_document):
+    route = {
+        "from": "home",
+        "to": "/home/x/plans.csv",
+        "reason": "1 edge",
+        "path": None,
+    }
+    text = page({**path_document, "route": route})
+    assert "<title>borecheck route: clear" in text
+    assert "<h1>The way is clear</h1>" in body(text)
+    assert "<h1>Clear</h1>" in body(page(path_document))
+
+
+def test_a_page_shows_names_of_files_not_their_folders(contact):
+    text = body(page(contact))
+    assert "two_link.urdf" in text
+    assert not re.search(r"(?<![<\w])/(home|tmp|work|root|usr|opt)/", text)
+
+
+def test_short_leaves_what_is_no_path():
+    assert short("--plan=/a/b c.csv") == "--plan=b c.csv"
+    assert short("/a/b/c.stl:mm@0,0,0.1") == "c.stl:mm@0,0,0.1"
+    assert short("m/s, 1/2, and/or, ../a/b") == "m/s, 1/2, and/or, ../a/b"
+
+
+def test_title_and_author_are_printed(contact, tmp_path):
+    stored, out = tmp_path / "stored.json", tmp_path / "out.html"
+    stored.write_text(json.dumps(contact))
+    words = ["--title", "Ward <3>", "--author", "A. Nonym"]
+    assert main(["report", str(stored), str(out), *words]) == 0
+    text = out.read_text()
+    assert "Ward &lt;3&gt; · A. Nonym" in body(text)
+    assert "<title>Ward &lt;3&gt;: contact" in text
+
+
+def test_compare_says_first_how_many_poses_each_checker_misses(made):
+    document = made("compare", "--q", "j=20deg")
+    verdicts = {name: True for name in document["poses"][0]["verdicts"]}
+    pose = document["poses"][0]
+    none = dict.fromkeys(verdicts, False)
+    document["poses"] = [
+        {**pose, "verdicts": {**verdicts, "paper:robot": False}},
+        {**pose, "verdicts": verdicts},
+        {**pose, "verdicts": {**none, "coal": True}},
+    ]
+    found = page_compare.views(document)
+    assert found["by_checker"]["paper:robot"] == (1, 0)
+    assert found["by_checker"]["coal"] == (0, 1)
+    assert found["headline"] == "paper:robot misses 1 of 2 poses in contact"
+    assert "2 of 3 poses in contact. Missed: paper:robot 1" in found["verdicts_told"]
+
+
+def test_proven_clearance_is_a_band_and_its_name_lies_in_it(path_document):
+    text = clearance_plot(path_document["path"], 0.005, 0, "t")
+    band = re.search(
+        r'class="proven" x="58.0" y="([\d.]+)" .*? height="([\d.]+)"', text
+    )
+    top, height = map(float, band.groups())
+    name = re.search(r'class="least-name" x="[\d.]+" y="([\d.]+)"', text)
+    assert top + 12 < float(name[1]) < top + height
 
 
 def test_comparison_matrix_counts_the_differences(made):

@@ -374,10 +374,10 @@ def test_click_on_a_plot_moves_robot_and_cursor(check):
     plot = page.locator('svg[data-plot="0"]')
     plot.scroll_into_view_if_needed()
     box = plot.bounding_box()
-    plot.click(position={"x": 0.76 * box["width"], "y": 0.4 * box["height"]})
+    plot.click(position={"x": 0.645 * box["width"], "y": 0.4 * box["height"]})
     assert page.evaluate("[borecheckView.motion, borecheckView.pose]") == [0, 3]
     cursor = plot.locator(".cursor")
-    assert float(cursor.get_attribute("x1")) == pytest.approx(58 + 0.75 * 688)
+    assert float(cursor.get_attribute("x1")) == pytest.approx(58 + 0.75 * 574)
 
 
 def test_tables_sort(check):
@@ -393,6 +393,31 @@ def test_tables_sort(check):
     head.click()
     assert values() == sorted(values(), reverse=True)
     assert len(set(values())) > 1
+
+
+def test_plans_are_filtered_by_verdict_and_by_words(check):
+    page = check.page
+    rows = page.locator("#plans-table tbody tr:visible")
+    assert rows.count() == 2
+    box = page.locator('.filters input[data-verdict="contact"]')
+    box.uncheck()
+    assert rows.all_text_contents()[0].startswith("vertical")
+    assert rows.count() == 1
+    box.check()
+    page.locator("[data-words]").fill("FLANK")
+    assert rows.count() == 1
+    assert page.locator("[data-count]").inner_text() == "1 of 2 listed"
+    page.locator("[data-words]").fill("")
+    assert rows.count() == 2
+
+
+def test_the_pointer_reads_a_plot(check):
+    plot = check.page.locator('svg[data-plot="0"]')
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
+    plot.hover(position={"x": 0.645 * box["width"], "y": 0.4 * box["height"]})
+    value = plot.locator(".value").text_content()
+    assert re.fullmatch(r"75\.0 %: [\d.]+ mm", value)
 
 
 def test_keys_turn_the_view(check):

@@ -58,16 +58,9 @@ export class Stage {
       this.around.add(mesh);
       this.parts.push({ name: block.name, role: block.role, mesh });
     }
-    this.placements = await Promise.all(motions.map((m) => inflated(m.placements, Float32Array)));
-    this.lit = await Promise.all(
-      motions.map(async (m) => {
-        const byPose = new Map();
-        for (const found of m.lit) {
-          byPose.set(found.pose, { ...found, array: await inflated(found.corners, Float32Array) });
-        }
-        return byPose;
-      }),
-    );
+    this.placements = [];
+    this.lit = [];
+    this.coming = motions.map(() => null);
     for (let k = 0; k < frames.length; k += 1) {
       const axes = new THREE.AxesHelper(0.08);
       axes.material.depthTest = false;
@@ -75,6 +68,22 @@ export class Stage {
       axes.matrixAutoUpdate = false;
       this.frames.add(axes);
     }
+  }
+
+  // A motion's numbers are unpacked when it is shown first: a page may hold a thousand.
+  ready(motion) {
+    this.coming[motion] ??= this.unpack(motion);
+    return this.coming[motion];
+  }
+
+  async unpack(motion) {
+    const { placements, lit } = this.display.motions[motion];
+    const byPose = new Map();
+    for (const found of lit) {
+      byPose.set(found.pose, { ...found, array: await inflated(found.corners, Float32Array) });
+    }
+    this.placements[motion] = await inflated(placements, Float32Array);
+    this.lit[motion] = byPose;
   }
 
   // A mesh and its inside: where a plane opens a closed surface, the inside is hatched as

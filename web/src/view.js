@@ -7,7 +7,7 @@ import { across, placeOf, placeOfPart } from "./places.js";
 import { Player } from "./player.js";
 import { linkPlots, moveCursors } from "./plots.js";
 import { Stage } from "./stage.js";
-import { factsOf, sentence, thinnedOut } from "./words.js";
+import { factsOf, nearestSample, sentence, thinnedOut, valueAt } from "./words.js";
 
 const byId = (id) => document.getElementById(id);
 const AXES = { x: new THREE.Vector3(1, 0, 0), y: new THREE.Vector3(0, 1, 0), z: new THREE.Vector3(0, 0, 1) };
@@ -29,9 +29,12 @@ class View {
 
   async start() {
     await this.stage.load();
+    const worst = this.worstMotion();
+    await this.stage.ready(worst);
+    // From here on nothing waits until the eyes stand: the first frame is whole.
     this.panes = new Panes(byId("canvas-holder"), this.stage, (pane) => this.cutFor(pane));
     this.player = new Player(byId("play"), (start) => this.step(start));
-    this.show(this.worstMotion(), null);
+    this.show(worst, null);
     // Eyes stand across from the robot's base, so that it does not hide the place.
     const middle = this.stage.bounds(this.stage.robot).getCenter(new THREE.Vector3());
     this.near = middle.y <= this.place.at.y ? 1 : -1;
@@ -39,7 +42,10 @@ class View {
     this.frameAll(false);
     this.listParts();
     this.listen();
-    linkPlots((motion, share) => this.showFraction(motion, share));
+    linkPlots(
+      (motion, share) => this.choose(motion, nearestSample(this.motions[motion], share)),
+      (motion, share) => valueAt(this.motions[motion], share),
+    );
     thinnedOut(this.result.display, byId("thinned"));
   }
 
@@ -61,7 +67,7 @@ class View {
   listen() {
     const on = (id, kind, act) => byId(id)?.addEventListener(kind, act);
     const draw = () => this.panes.draw();
-    on("motion", "change", (e) => { this.player.stop(); this.show(Number(e.target.value), null); this.frameAll(); });
+    on("motion", "change", (e) => this.choose(Number(e.target.value), null));
     on("slider", "input", (e) => { this.player.stop(); this.show(this.motion, Number(e.target.value)); });
     for (const id of ["cut", "cut-axis", "cut-at"]) on(id, "input", draw);
     on("opacity", "input", (e) => { this.stage.setOpacity(Number(e.target.value)); draw(); });
@@ -114,14 +120,13 @@ class View {
     return this.pose < poses.length - 1;
   }
 
-  showFraction(motion, share) {
-    const { fractions } = this.motions[motion];
-    let nearest = 0;
-    fractions.forEach((f, k) => { if (Math.abs(f - share) < Math.abs(fractions[nearest] - share)) nearest = k; });
+  // Another motion, or another pose of this one; eyes turn to what is new only.
+  async choose(motion, pose) {
     this.player.stop();
     const another = motion !== this.motion;
-    this.show(motion, nearest);
-    if (another) this.frameAll(false);
+    await this.stage.ready(motion);
+    this.show(motion, pose);
+    if (another) this.frameAll();
   }
 
   // Contacts, closest points and plan of the pose, and what is said of it.
@@ -203,11 +208,12 @@ class View {
   }
 
   // A row of a table was chosen: go to its pose and look at its place.
-  follow(row) {
+  async follow(row) {
     this.player.stop();
     const { fly, motion, pose, lit, part, dispute } = row.dataset;
     for (const chosen of document.querySelectorAll("tr.chosen")) chosen.classList.remove("chosen");
     row.classList.add("chosen");
+    await this.stage.ready(Number(motion));
     this.show(Number(motion), Number(pose));
     if (fly === "dispute") this.dispute = Number(dispute);
     if (fly === "lit") this.lit = Number(lit);

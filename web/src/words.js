@@ -59,6 +59,21 @@ export function sentence(element, motion, number, pose) {
   }
 }
 
+export function nearestSample({ fractions }, share) {
+  let nearest = 0;
+  fractions.forEach((f, k) => { if (Math.abs(f - share) < Math.abs(fractions[nearest] - share)) nearest = k; });
+  return nearest;
+}
+
+// What a plot tells of its nearest sample.
+export function valueAt(motion, share) {
+  const number = nearestSample(motion, share);
+  const { clearance_m: clearance, verdict } = motion.poses[number];
+  const fraction = motion.fractions[number];
+  const known = clearance === null || clearance === undefined ? verdict : mm(clearance);
+  return { fraction, words: `${(100 * fraction).toFixed(1)} %: ${known}` };
+}
+
 // Which meshes are shown with fewer triangles than were checked.
 export function thinnedOut(display, note) {
   const thin = [...display.links, ...display.obstacles].filter((block) => block.triangles < block.triangles_checked);
