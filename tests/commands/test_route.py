@@ -60,7 +60,7 @@ def test_the_result_is_a_checks_with_how_it_was_found(capsys, tmp_path):
     assert document["route"]["path"] == str(path)
     page = tmp_path / "page.html"
     bc.report(document, page)
-    assert "<title>borecheck route: clear</title>" in page.read_text()
+    assert "<title>borecheck route: clear," in page.read_text()
     assert "<li>Robot zerobot (mount=+90), base at (0, 0, 0) mm<" in page.read_text()
     robot = bc.load_robot("zerobot")
     way = read_path(path, robot.model.joint_names)
