@@ -64,6 +64,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="edges asked for before it is given up (default: 20000)",
     )
     parser.add_argument(
+        "--seconds",
+        type=float,
+        default=None,
+        metavar="S",
+        help="give up after so long, too (default: never)",
+    )
+    parser.add_argument(
         "--samples", type=int, default=41, help="poses for curves and pictures"
     )
     parser.add_argument(
@@ -125,6 +132,7 @@ def run(args: argparse.Namespace) -> int:
         parse_length(args.margin),
         seed=args.seed,
         most_edges=MOST_EDGES if args.edges is None else args.edges,
+        most_seconds=args.seconds,
         progress=Progress("edges"),
     )
     if found.waypoints is None:

@@ -1,7 +1,8 @@
 """Two trees of certified edges that grow towards each other: RRT-Connect.
 
 J. Kuffner, S. LaValle: RRT-Connect, ICRA 2000. The same seed gives the same trees,
-whatever the machine does: work is counted in edges, never in seconds.
+whatever the machine does: work is counted in edges. A limit of time may end the search,
+and changes nothing else.
 """
 
 from collections.abc import Callable
@@ -57,6 +58,7 @@ def connect(
     sample: Callable[[], Array],
     most_edges: int,
     progress: Callable[[int, int], None] | None = None,
+    out_of_time: Callable[[], bool] = lambda: False,
 ) -> Array | None:
     """A way of certified edges from start to goal, or None if none was found.
 
@@ -68,6 +70,7 @@ def connect(
         sample: Draws a configuration within the limits.
         most_edges: Edges asked for at most.
         progress: Called with edges asked for, and their limit.
+        out_of_time: Whether to give up; it cannot change which way is found.
 
     Returns:
         Configurations (k, joints), straight between them.
@@ -76,7 +79,7 @@ def connect(
     if edges.clear(start, goal):
         return np.array([start, goal])
     turn = 0
-    while edges.asked < most_edges:
+    while edges.asked < most_edges and not out_of_time():
         mine, other = trees[turn], trees[1 - turn]
         reached = _towards(mine, sample(), edges, metric, 1)
         if reached is not None:

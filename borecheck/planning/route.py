@@ -1,5 +1,6 @@
 """A certified way from where the robot stands to where it is wanted."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,6 +13,7 @@ from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN
 from borecheck.errors import UsageError
 from borecheck.motion.needle_motion import needle_motion
 from borecheck.motion.robot_problem import path_problem
+from borecheck.motion.search import search
 from borecheck.motion.turns import open_turns
 from borecheck.planning.connect import connect
 from borecheck.planning.edges import Edges
@@ -72,6 +74,7 @@ def route(
     *,
     seed: int = 0,
     most_edges: int = MOST_EDGES,
+    most_seconds: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Route:
     """A way on which every instant is proven clear, by two growing trees.
@@ -88,15 +91,20 @@ def route(
         margin: Clearance to obstacles that is kept everywhere, [m] or "5mm".
         seed: Of the random configurations; the answer depends on it, not on time.
         most_edges: Edges asked for at most.
+        most_seconds: When to give up, too, [s]; a way that is found in time is the
+            same as without.
         progress: Called with edges asked for, and their limit.
 
     Raises:
-        UsageError: A margin that is none, an obstacle of guessed unit, wrong lengths.
+        UsageError: A margin or a limit that is none, an obstacle of guessed unit, wrong
+            lengths.
         JointLimitError: An end beyond a joint limit.
         UnreachableError: No configuration reaches the plan.
     """
     if most_edges < 1:
         raise UsageError(f"at least one edge must be asked for, not {most_edges}")
+    if most_seconds is not None and not 0.0 < most_seconds < np.inf:
+        raise UsageError(f"{most_seconds} s is no time to search for")
     refuse_others(robot, scene)
     margin = length(margin, "margin")
     if isinstance(goal, NeedlePlan):
@@ -114,6 +122,7 @@ def route(
     metric = metric_of(problem, robot.model)
     rng = np.random.default_rng(seed)
     low, high = sampled_box(robot.model, ends[0])
+    out_of_time = _clock(most_seconds)
     way = connect(
         ends[0],
         ends[1],
@@ -122,15 +131,28 @@ def route(
         lambda: rng.uniform(low, high),
         most_edges,
         progress,
+        out_of_time,
     )
     if way is None:
-        reason = f"no way found in {edges.asked} edges; there may be one"
+        late = f" and {most_seconds:g} s" if out_of_time() else ""
+        reason = f"no way found in {edges.asked} edges{late}; there may be one"
         return Route(NONE_FOUND, UNKNOWN, reason, None, 0.0, edges.asked, seed)
     way = with_ways_of_turning(robot.model, shorten(way, edges, metric, rng))
+    if not search(problem, way).clear:  # once more, as it is told
+        reason = "a way was found, but as a whole it is not proven clear"
+        return Route(NONE_FOUND, UNKNOWN, reason, None, 0.0, edges.asked, seed)
     way.setflags(write=False)
     far = metric.length(way)
     reason = f"{len(way) - 1} edges, {1e3 * far:.0f} mm at most for any point"
     return Route(FOUND, CLEAR, reason, way, far, edges.asked, seed)
+
+
+def _clock(most_seconds: float | None) -> Callable[[], bool]:
+    """Tells whether so many seconds have gone since now."""
+    if most_seconds is None:
+        return lambda: False
+    end = time.monotonic() + most_seconds
+    return lambda: time.monotonic() > end
 
 
 def with_ways_of_turning(model: RobotModel, way: Array) -> Array:

@@ -1,0 +1,1 @@
+"""What ways of robots show: found, walled in, the same again, resampled."""
