@@ -162,7 +162,7 @@ NEAREST = SimpleNamespace(
 LEAST = LeastClearance(0.009, 0.021, 0.5, (0, 1), ("a", "wall"), NEAREST, True)
 SCENE = SimpleNamespace(
     assumed_at=lambda name, triangle: None,
-    obstacles=[SimpleNamespace(role=r) for r in ("scanner", "couch")]
+    obstacles=[SimpleNamespace(role=r) for r in ("scanner", "couch")],
 )
 
 
