@@ -59,14 +59,14 @@ def run(args: argparse.Namespace) -> int:
         check_writable(args.state, stream=False)
     from borecheck.commands.compiling import tell_of_compiling
     from borecheck.commands.exit_status import ExitStatus
-    from borecheck.commands.progress import Progress
+    from borecheck.commands.progress import Progress, say
     from borecheck.errors import UsageError
     from borecheck.report.document import header
     from zerobot.trials.document import document
     from zerobot.trials.errors import ALUMINIUM, CARBON, Sources
     from zerobot.trials.run import StudyOptions
     from zerobot.trials.run import run as study
-    from zerobot.trials.text import trials_text
+    from zerobot.trials.text import begins, ends_early, trials_text
 
     if args.samples < 0 or args.jobs < 0 or args.seed < 0:
         raise UsageError("--samples, --jobs and --seed are 0 or more")
@@ -82,10 +82,13 @@ def run(args: argparse.Namespace) -> int:
     )
     beam = {"carbon": CARBON, "aluminium": ALUMINIUM}[args.beam]
     sources = Sources(beam=beam, level_parts=args.rods)
-    found = {
-        **header("trials", args.argv, args.date),
-        **document(study(options, sources, Progress)),
-    }
+    say(f"borecheck: {begins(options)}")
+    try:
+        done = study(options, sources, Progress)
+    except KeyboardInterrupt:
+        say(f"borecheck: {ends_early(options)}")
+        raise
+    found = {**header("trials", args.argv, args.date), **document(done)}
     if wants_display(args):
         found["display"] = _display(args, found)
     emit(args, found, trials_text)

@@ -1,14 +1,38 @@
 """The study of the 64 trials as text: the papers' tables beside ours."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from borecheck.report.blocks import Block, Table
+
+if TYPE_CHECKING:
+    from zerobot.trials.run import StudyOptions
 
 Document = Mapping[str, Any]
 
 MARKS = {True: "v", False: "x", None: "-"}
 SHOWN_MARGINS = ("offset", "enlarge-axes", "enlarge-axes:world")
+
+
+def begins(options: "StudyOptions") -> str:
+    """What is about to be done, and whether it may be interrupted without loss."""
+    jobs = options.jobs or "all"
+    kept = (
+        "finished repetitions are not kept: --state FILE keeps them"
+        if options.state is None
+        else f"finished repetitions are kept in {options.state}"
+    )
+    return (
+        f"trials: every approach as set up, then {options.samples} repetitions, on "
+        f"{jobs} cores (each loads robot and gantry first); {kept}"
+    )
+
+
+def ends_early(options: "StudyOptions") -> str:
+    """What an interruption leaves."""
+    if options.state is None:
+        return "trials: nothing is kept of what was done; --state FILE keeps it"
+    return f"trials: the same command goes on from {options.state}"
 
 
 def trials_text(document: Document) -> list[Block]:
