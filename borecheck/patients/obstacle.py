@@ -91,6 +91,10 @@ class PatientObstacle:
                 f"where the scan cuts the body it is carried on by {length:g} mm "
                 f"({int(self.assumed.sum())} triangles): assumed, not seen"
             )
+        lines.append(
+            f"the obstacle is at least {1e3 * self.proof.gap:.1f} mm outside the skin: "
+            "a plan's entry belongs on the obstacle, not on the skin"
+        )
         lines += [motion.told for motion in self.wishes.motions]
         lines += [f"removed: {one}" for one in _removed(self.body)]
         return (*lines, *self.not_modelled)

@@ -55,7 +55,11 @@ def place_of(args: argparse.Namespace) -> "PatientPlace | None":
     position = getattr(args, "position", None)
     if isocentre is not None and transform is not None:
         raise UsageError("--isocentre and --transform both say where: give one")
-    if position is not None and isocentre is None:
+    scans = getattr(args, "patient_ct", [])
+    if position is None and isocentre is not None and scans:
+        # a scan says how its patient lies; `scan_place` asks that all agree
+        args.position = position = _scanned_position(args, scans[0])
+    if position is not None and isocentre is None and not scans:
         raise UsageError("--position goes with --isocentre")
     if isocentre is None and transform is None:
         return None
@@ -70,6 +74,12 @@ def place_of(args: argparse.Namespace) -> "PatientPlace | None":
         return by_transform(transform)
     said = f"isocentre {isocentre} in LPS"
     return at_isocentre(centre_of(str(isocentre)), str(position), said)
+
+
+def _scanned_position(args: argparse.Namespace, scan: Path) -> str | None:
+    from borecheck.patients.reading import read_volume
+
+    return read_volume(scan, args.series).position
 
 
 def place_block(args: argparse.Namespace) -> dict[str, Any]:
