@@ -28,10 +28,7 @@ CHECKERS = {
 
 def views(document: Mapping[str, Any]) -> dict[str, Any]:
     """Motions with their plots and tables, the worst of them, and still pictures."""
-    motions = [_motion(k, m, document) for k, m in enumerate(_blocks(document))]
-    shown = [m for m in motions if m["reachable"]]
-    for number, motion in enumerate(shown):
-        motion["number"] = number  # its place in the display block
+    motions, shown = _motions(document)
     worst = min(shown, key=_badness) if shown else None
     detailed = sorted(shown, key=_badness)[:MOST_DETAILED]
     for motion in detailed:
@@ -66,6 +63,39 @@ def views(document: Mapping[str, Any]) -> dict[str, Any]:
         "surfaces": len(document["scene"]["obstacles"]),
         "parts": len(document["robot"]["parts"]),
     }
+
+
+def _motions(
+    document: Mapping[str, Any],
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """All motions (or single poses) of a result, and those that can be shown."""
+    motions = [_motion(k, m, document) for k, m in enumerate(_blocks(document))]
+    shown = [m for m in motions if m["reachable"]]
+    for number, motion in enumerate(shown):
+        motion["number"] = number  # its place in the display block
+    return motions, shown
+
+
+def worst_motion(document: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The motion that decides, for the functions below; None if none is in reach."""
+    return min(_motions(document)[1], key=_badness, default=None)
+
+
+def picture_of(
+    document: Mapping[str, Any],
+    motion: Mapping[str, Any],
+    name: str,
+    width: int,
+    height: int,
+) -> Markup | None:
+    """The picture of that name of a motion's worst pose."""
+    made = pictures_at(document["display"], _subject(motion), width, height, name)
+    return made[0]["svg"] if made else None
+
+
+def plot_of(motion: Mapping[str, Any]) -> Markup | None:
+    """Clearance along a motion; None of a single pose."""
+    return _plot(motion)
 
 
 def _blocks(document: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
@@ -193,12 +223,17 @@ def _pictures(
     display = document.get("display")
     if display is None or worst is None:
         return []
+    return pictures_at(display, _subject(worst))
+
+
+def _subject(worst: Mapping[str, Any]) -> Subject:
+    """The worst pose of a motion, as pictures tell of it."""
     block, pose = worst["block"], worst["pose"]
     pairs = [*pose["contacts"], *pose["self_contacts"]]
     held = [c for c in pose["contained"] if c["state"] != "unknown"]
     found = [*pairs, *held]
     names = (found[0]["link"], found[0]["obstacle"]) if found else None
-    subject = Subject(
+    return Subject(
         motion=worst["number"],
         pose=worst["worst"],
         verdict=_shown_verdict(worst),
@@ -206,7 +241,6 @@ def _pictures(
         touching=names,
         plan=(block["entry"], block["target"]) if "entry" in block else None,
     )
-    return pictures_at(display, subject)
 
 
 def _shown_verdict(motion: Mapping[str, Any]) -> str:
