@@ -11,6 +11,7 @@ from borecheck.cli import main
 from borecheck.commands.init import template
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import write_stl
+from tests.patients.series import block, straight, write_series
 from tests.places import DATA, PROJECT, ROBOTS
 
 SCHEMAS = PROJECT / "borecheck" / "schemas"
@@ -28,6 +29,7 @@ def folder(tmp_path_factory):
     """A folder with a block, a path and plans."""
     made = tmp_path_factory.mktemp("results")
     write_stl(made / "block.stl", box("block", (0.2, 0.2, 0.2)))
+    write_series(made / "scan", block(), straight(8))
     (made / "path.csv").write_text("j\n0\n0.1\n")
     (made / "plans.csv").write_text(
         "name,entry_x,entry_y,entry_z,target_x,target_y,target_z\n"
@@ -65,6 +67,7 @@ def commands(folder):
         "robots": ("robots", ["robots"]),
         "validate": ("validate", ["validate", ARM]),
         "verify": ("verify", ["verify", certificate]),
+        "patient": ("patient", ["patient", str(folder / "scan"), "--geometry-only"]),
         "fit": ("calibrate_fit", fit),
         "observe": (
             "calibrate_observe",
