@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from borecheck.directions.blockers import Blocker, blockers
 from borecheck.directions.direction_map import DirectionMap
 from borecheck.directions.leaves import STATES
 from borecheck.directions.witnesses import points_of
@@ -32,7 +33,18 @@ def map_block(found: DirectionMap) -> dict[str, Any]:
             {"state": state, "reason": text, "share": share}
             for (state, text), share in found.reasons.items()
         ],
+        "blockers": [_blocker(blocker) for blocker in blockers(found)],
         "cells": [_cell(found, k) for k in range(len(found.leaves))],
+    }
+
+
+def _blocker(blocker: Blocker) -> dict[str, Any]:
+    return {
+        "part": blocker.part,
+        "obstacle": blocker.obstacle,
+        "share": blocker.share,
+        "deepest_m": blocker.deepest,
+        "needle_short_m": blocker.needle_short,
     }
 
 

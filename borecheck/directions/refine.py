@@ -4,7 +4,8 @@ Every round gives a whole map, which is true: later ones only decide more. A cel
 
 * out, if for every direction in it the robot cannot bring the needle: a joint beyond
   its limit at a station that every direction visits, too deep, or too oblique;
-* contact, if a point of a part proves it (`witnesses`); where both hold, out is said;
+* contact, if a point of a part proves it (`witnesses`); of a cell of which both are
+  shown, out is said;
 * clear, if the skin is crossed once (`skin`), every joint keeps its limits, and every
   part is clear of every obstacle at every station (`questions`);
 * undecided else.

@@ -20,6 +20,7 @@ def direction_text(document: Mapping[str, Any]) -> Sequence[Block]:
         for row in found["reasons"]
         if row["share"] >= 5e-4
     ]
+    lines += _blocking_lines(found["blockers"])
     if document["ranked"]:
         lines.append(_table(document["ranked"]))
     lines += _asked_lines(document["asked"])
@@ -50,6 +51,17 @@ def _about(found: Mapping[str, Any]) -> Iterator[str]:
     if found["max_obliquity_deg"] is not None:
         parts.append(f"at most {found['max_obliquity_deg']:g} deg oblique")
     yield "asked: " + ", ".join(parts)
+
+
+def _blocking_lines(blockers: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """What would open what is blocked, where that is the needle."""
+    for blocker in blockers:
+        if blocker["needle_short_m"]:
+            yield (
+                f"{blocker['part']} meets {blocker['obstacle']}: the needle is up to "
+                f"{1e3 * blocker['needle_short_m']:.0f} mm too short, "
+                f"{1e3 * blocker['deepest_m']:.0f} mm deep there"
+            )
 
 
 def _table(ranked: Sequence[Mapping[str, Any]]) -> Table:

@@ -7,6 +7,7 @@ import pytest
 
 import borecheck as bc
 from borecheck.directions.ask import maps
+from borecheck.directions.blockers import blockers, free_needle
 from borecheck.directions.leaves import IS_CLEAR, IS_CONTACT, IS_OUT
 from borecheck.errors import UsageError
 from borecheck.plans.needle_plan import NeedlePlan
@@ -266,6 +267,20 @@ def test_the_nearest_clear_direction_is_clear_and_none_is_nearer_than_proven(fou
         every = found.setup.chart.directions(grid)
         nearer = np.arccos(np.clip(every @ n, -1, 1)) < near.none_nearer_than
         assert not any(found.at(m).clear for m in every[nearer])
+
+
+def test_who_blocks_is_told_and_a_longer_needle_opens_it(scene, found):
+    """What the needle is short of is added to it: then nothing driven meets skin."""
+    told = {(b.part, b.obstacle): b for b in blockers(found)}
+    shares = sum(blocker.share for blocker in told.values())
+    assert shares == pytest.approx(found.shares["contact"])
+    assert told["arm", "gantry"].needle_short is None
+    short = told["carriage", "torso"].needle_short
+    assert free_needle(found.setup) == pytest.approx(0.12, abs=2e-4)
+    assert 0.0 < short < 0.04
+    longer = bc.load_robot("zerobot", needle_length=f"{0.12 + short + 0.02:.4f}")
+    opened = bc.directions(longer, scene, TARGET, resolution="4deg")
+    assert ("carriage", "torso") not in {(b.part, b.obstacle) for b in blockers(opened)}
 
 
 def test_directions_outside_the_chart_are_out(found):
