@@ -33,6 +33,7 @@ _AS_CHECKED = {
     **{"q": None, "plan": None, "checker": "exact", "pruning": "bvh"},
     **{"margin_kind": None, "uncertainty": None, "long_way": False},
     **{"no_certificate": False, "tolerance": None, "repair": False},
+    **{"slicer": None, "dicom": None, "dicom_from": None},
 }
 
 
