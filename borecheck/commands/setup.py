@@ -52,8 +52,22 @@ def add_solver(parser: argparse.ArgumentParser) -> None:
         "--solver",
         default=None,
         metavar="NAME",
-        help="of a redundant arm with a closed form: grid (fast, proves nothing); "
-        "other arms have one way each",
+        help="of a redundant arm with a closed form: grid (fast, proves nothing) or "
+        "proven (branch and bound); other arms have one way each",
+    )
+    parser.add_argument(
+        "--gap",
+        type=float,
+        default=0.05,
+        metavar="G",
+        help="of proven: how much cheaper another configuration may be (default: 0.05)",
+    )
+    parser.add_argument(
+        "--boxes",
+        type=int,
+        default=40_000,
+        metavar="N",
+        help="of proven: boxes looked at before it is given up (default: 40000)",
     )
 
 
@@ -158,7 +172,9 @@ def run(args: argparse.Namespace) -> int:
 
     robot, scene = common.load(args), common.load_surroundings(args)
     plans = read_plans(args.plan)
-    found = setups(robot, scene, plans, asked, args.solver, Progress("plans"))
+    found = setups(
+        robot, scene, plans, asked, args.solver, Progress("plans"), args.gap, args.boxes
+    )
     files = _write_motions(args.motions, found)
     document = {
         **header("setup", args.argv, args.date),

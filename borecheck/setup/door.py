@@ -7,8 +7,9 @@ from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 from borecheck.setup.answer import Setup
+from borecheck.setup.proven import MOST_BOXES
 from borecheck.setup.requirements import Requirements, requirements
-from borecheck.setup.solve import setups
+from borecheck.setup.solve import GAP, setups
 
 
 def setup(
@@ -24,6 +25,8 @@ def setup(
     weights: Mapping[str, float] | None = None,
     excluded: Iterable[tuple[str, str]] = (),
     solver: str | None = None,
+    gap: float = GAP,
+    boxes: int = MOST_BOXES,
 ) -> tuple[Setup, ...]:
     """The best configuration for each needle plan, or that there is none.
 
@@ -38,7 +41,9 @@ def setup(
         depth: How far the insertion joint must reach; default: as deep as the plan.
         weights: Of the cost: dexterity, scanner, patient, motion.
         excluded: Pairs of link and obstacle that need not keep the margin.
-        solver: Of a redundant arm with a closed form; see docs/setup.md.
+        solver: Of a redundant arm with a closed form: "grid" or "proven".
+        gap: Of `proven`: how much cheaper another configuration may be.
+        boxes: Of `proven`: how many are looked at before it is given up.
 
     Raises:
         UsageError: No needle, a number that is none, an obstacle of guessed unit.
@@ -47,4 +52,4 @@ def setup(
     """
     pairs = tuple(excluded)
     asked = requirements(margin, force, moment, cone, depth, weights, pairs)
-    return setups(robot, scene, plans, asked, solver)
+    return setups(robot, scene, plans, asked, solver, gap=gap, most_boxes=boxes)

@@ -72,6 +72,33 @@ class Family:
         seen = turns @ self.robot.T_scene_base[:3, :3]
         return self._in_urdf(self.closed_form.configurations(p, n, x, seen))
 
+    def spread(self, tip: Array, direction: Array, x: Array, half: Array) -> "Spread":
+        """How far the arm can be from where it is in the middle of boxes.
+
+        Args:
+            tip: As for `configurations`.
+            direction: Likewise.
+            x: Middles, (n, k).
+            half: Half the sizes, (n, k).
+        """
+        return self.spread_tilted(tip, direction, x, half, None)
+
+    def spread_tilted(
+        self, tip: Array, direction: Array, x: Array, half: Array, turn: Array | None
+    ) -> "Spread":
+        """The same with the needle turned about its tip by a rotation vector, (3,)."""
+        p, n = self._seen(tip, direction)
+        T = inverse(self.robot.T_scene_base)
+        seen = None if turn is None else T[:3, :3] @ turn
+        found = self.closed_form.spread(p, n, x, half, seen)
+        description = self.robot.description
+        assert description is not None
+        order = [self.robot.model.joint_names.index(j.name) for j in description.joints]
+        joints, axes, origins = (np.zeros((len(x), len(order))) for _ in range(3))
+        joints[:, order] = found.joints
+        axes[:, order], origins[:, order] = found.axes, found.origins
+        return Spread(self._in_urdf(found.q), joints, axes, origins, found, T)
+
     def _seen(self, tip: Array, direction: Array) -> tuple[Array, Array]:
         T = inverse(self.robot.T_scene_base)
         return T[:3, :3] @ tip + T[:3, 3], T[:3, :3] @ direction
@@ -86,6 +113,31 @@ class Family:
             value = joint.sign * q_paper[..., k] + joint.offset
             q[..., names.index(joint.name)] = value
         return q
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """Bounds over boxes, in the URDF's joints and the scene's frame.
+
+    Attributes:
+        q: In the middles, (n, joints).
+        joints: How far each joint can be from there, (n, joints).
+        axes: How far each joint's axis can be turned, (n, joints), [rad].
+        origins: How far a point on it can be moved, (n, joints), [m].
+    """
+
+    q: Array
+    joints: Array
+    axes: Array
+    origins: Array
+    _closed_form: Any
+    _T_base_scene: Array
+
+    def points(self, link: str, at: Array) -> Array:
+        """How far points of a link at (n, k, 3) in the middles go, (n, k), [m]."""
+        T = self._T_base_scene
+        found = self._closed_form.points(link, at @ T[:3, :3].T + T[:3, 3])
+        return np.asarray(found, dtype=np.float64)
 
 
 def family_of(robot: Robot, deep: float) -> Family | None:

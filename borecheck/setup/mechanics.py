@@ -30,12 +30,14 @@ class Twists:
         axis: The way it points, (n, 3).
         linear: Velocity of the tip by each joint, (n, joints, 3).
         angular: Angular velocity likewise, (n, joints, 3).
+        reach: Distance of the tip from each joint's origin, (n, joints), [m].
     """
 
     tip: Array
     axis: Array
     linear: Array
     angular: Array
+    reach: Array
 
     @cached_property
     def manipulability(self) -> Array:
@@ -74,6 +76,7 @@ def twists(robot: Robot, qs: Array) -> Twists:
     along = (placed[:, :, :3, :3] @ chain.axis[way][:, :, None])[..., 0]
     linear = np.zeros((len(qs), chain.joint_count, 3))
     angular = np.zeros_like(linear)
+    reach = np.zeros(linear.shape[:2])
     for k, frame in enumerate(way):
         if chain.kind[frame] == FIXED:
             continue
@@ -82,9 +85,10 @@ def twists(robot: Robot, qs: Array) -> Twists:
             linear[:, j] += factor * along[:, k]
             continue
         lever = tip - placed[:, k, :3, 3]
+        reach[:, j] = np.linalg.norm(lever, axis=1)
         linear[:, j] += factor * _cross(along[:, k], lever)
         angular[:, j] += factor * along[:, k]
-    return Twists(tip, axis, linear, angular)
+    return Twists(tip, axis, linear, angular, reach)
 
 
 def _cross(u: Array, v: Array) -> Array:

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +25,16 @@ from borecheck.setup.exact import said_of, verified
 from borecheck.setup.family import Family, family_of
 from borecheck.setup.grid import grid
 from borecheck.setup.null_space import searched
+from borecheck.setup.proven import MOST_BOXES, Proof, prove
 from borecheck.setup.requirements import Requirements
 from borecheck.setup.terms import CONE, NAMES, Terms
 
 Array = NDArray[np.float64]
 
 DEFAULTS = Requirements()
-SOLVERS = ("grid",)
+SOLVERS = ("grid", "proven")
+# How much cheaper another configuration may be, of the cost, where that is proven.
+GAP = 0.05
 # How an arm without a family is solved.
 ENUMERATION, NULL_SPACE = "enumeration", "null space"
 # Candidates whose cone and exact verdict are asked, best first.
@@ -41,6 +44,17 @@ STEP = 0.01
 Progress = Callable[[int, int], None]
 
 
+@dataclass(frozen=True)
+class Effort:
+    """How far `proven` goes: to that gap, or to so many boxes."""
+
+    gap: float = GAP
+    most_boxes: int = MOST_BOXES
+
+
+EFFORT = Effort()
+
+
 def setups(
     robot: Robot,
     scene: Scene,
@@ -48,6 +62,8 @@ def setups(
     asked: Requirements = DEFAULTS,
     solver: str | None = None,
     progress: Progress | None = None,
+    gap: float = GAP,
+    most_boxes: int = MOST_BOXES,
 ) -> tuple[Setup, ...]:
     """The set-up of every plan, in their order.
 
@@ -56,8 +72,11 @@ def setups(
         scene: From `load_scene`.
         plans: A file of plans, a plan, or several.
         asked: What a set-up must fulfil.
-        solver: Of a redundant arm with a closed form: "grid". Other arms have one way.
+        solver: Of a redundant arm with a closed form: "grid" or "proven". Other arms
+            have one way.
         progress: Called with plans done, and how many there are.
+        gap: Of `proven`: how much cheaper another configuration may be.
+        most_boxes: Of `proven`: boxes looked at before it is given up.
 
     Raises:
         UsageError: No needle, an obstacle of guessed unit, or a plan for another mount.
@@ -67,17 +86,22 @@ def setups(
     refuse_others(robot, scene)
     if solver is not None and solver not in SOLVERS:
         raise UnknownNameError("solver", solver, SOLVERS)
+    if not (np.isfinite(gap) and gap > 0.0):
+        raise UsageError(f"gap is {gap}, not a number above 0")
+    effort = Effort(gap, most_boxes)
     terms = Terms(robot, scene, asked)
     listed = given_plans(plans)
     found = []
     for k, plan in enumerate(listed):
-        found.append(one_setup(terms, plan, solver))
+        found.append(one_setup(terms, plan, solver, effort))
         if progress is not None:
             progress(k + 1, len(listed))
     return tuple(found)
 
 
-def one_setup(terms: Terms, plan: NeedlePlan, solver: str | None = None) -> Setup:
+def one_setup(
+    terms: Terms, plan: NeedlePlan, solver: str | None = None, effort: Effort = EFFORT
+) -> Setup:
     """The set-up of one plan.
 
     Raises:
@@ -90,8 +114,12 @@ def one_setup(terms: Terms, plan: NeedlePlan, solver: str | None = None) -> Setu
     if short is not None:
         answer = _none(terms, plan, solver or "", UNREACHABLE, short, {})
         return replace(answer, seconds=time.perf_counter() - start)
-    used, tried = _tried(terms, plan, deep, solver)
-    answer = _answered(terms, plan, used, tried)
+    family = family_of(terms.robot, deep)
+    if family is not None and solver == "proven":
+        answer = _proven(terms, family, plan, effort)
+    else:
+        used, tried = _tried(terms, family, plan, solver)
+        answer = _answered(terms, plan, used, tried)
     return replace(answer, seconds=time.perf_counter() - start)
 
 
@@ -113,13 +141,12 @@ def _too_short(robot: Robot, deep: float) -> str | None:
 
 
 def _tried(
-    terms: Terms, plan: NeedlePlan, deep: float, solver: str | None
+    terms: Terms, family: Family | None, plan: NeedlePlan, solver: str | None
 ) -> tuple[str, Tried]:
     """What the solver that fits the arm finds, and its name."""
     robot = terms.robot
-    family = family_of(robot, deep)
     if family is not None:
-        return _in_family(terms, family, plan, solver)
+        return "grid", grid(terms, family, plan)
     if solver == "proven":
         raise UsageError(f"{robot.name} has no family in closed form: nothing to prove")
     if has_closed_form(robot):
@@ -131,10 +158,48 @@ def _tried(
     return NULL_SPACE, searched(terms, plan, held)
 
 
-def _in_family(
-    terms: Terms, family: Family, plan: NeedlePlan, solver: str | None
-) -> tuple[str, Tried]:
-    return "grid", grid(terms, family, plan)
+def _proven(terms: Terms, family: Family, plan: NeedlePlan, effort: Effort) -> Setup:
+    """By branch and bound, from what the grid finds."""
+    shown: dict[int, tuple[dict[str, Any], Verdict]] = {}
+
+    def holds(one: Candidate) -> bool:
+        cone = prove_cone(terms, plan.direction, one.arm.follow)
+        if not cone.certified:
+            return False
+        verdict, against = verified(terms, plan, one.q)
+        if against is None:
+            shown[id(one)] = said_of(terms, plan, one.q, cone), verdict
+        return against is None
+
+    tried = grid(terms, family, plan)
+    best = next((one for one in tried.best if holds(one)), None)
+    search = (effort.gap, effort.most_boxes)
+    proof = prove(terms, family, plan, best, holds, *search)
+    shares = {"closed": proof.shares()}
+    if proof.best is None:
+        return _denied(terms, plan, tried, proof, shares)
+    told, verdict = shown[id(proof.best)]
+    told = {**told, **shares}
+    answer = _found(terms, plan, "proven", tried, proof.best, told, verdict)
+    assert answer.cost is not None  # it is reachable
+    bound = min(proof.least, answer.cost) if proof.least > -np.inf else None
+    return replace(answer, lower_bound=bound, boxes=proof.boxes)
+
+
+def _denied(
+    terms: Terms, plan: NeedlePlan, tried: Tried, proof: Proof, shares: dict[str, Any]
+) -> Setup:
+    """Without a configuration: that there is none, or that boxes are left."""
+    told = ", ".join(f"{k} {100 * v:.1f} %" for k, v in shares["closed"].items())
+    against = {"against": tried.named(), **shares}
+    if proof.done:
+        reason = f"none in {proof.boxes} boxes, closed by {told}"
+        answer = _none(terms, plan, "proven", UNREACHABLE, reason, against)
+        return replace(answer, boxes=proof.boxes)
+    reason = f"none found; after {proof.boxes} boxes closed by {told}, some are left"
+    answer = _none(terms, plan, "proven", UNDECIDED, reason, against)
+    bound = float(proof.least) if np.isfinite(proof.least) else None
+    return replace(answer, boxes=proof.boxes, lower_bound=bound)
 
 
 def _answered(terms: Terms, plan: NeedlePlan, solver: str, tried: Tried) -> Setup:
