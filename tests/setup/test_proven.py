@@ -9,7 +9,7 @@ from borecheck.plans.plan_file import read_plans
 from borecheck.setup.boxes import Boxes
 from borecheck.setup.cone import rim
 from borecheck.setup.family import family_of
-from borecheck.setup.field import field, sampled
+from borecheck.setup.field import field, is_within, sampled
 from borecheck.setup.mechanics import twists
 from borecheck.setup.requirements import requirements
 from borecheck.setup.room import fields_of
@@ -80,10 +80,14 @@ def test_a_field_is_never_less_than_the_distance(terms):
     points = RNG.uniform(-0.35, 0.35, (200, 3))
     samples, cover = sampled(torso[0], 6e-3)
     near = np.linalg.norm(points[:, None] - samples[None], axis=2).min(axis=1)
+    within = np.array([is_within(point, torso) for point in points])
     bound = found.at_most(points)
-    assert (bound[bound < 0] > -0.2).all()
-    outside = bound > 0.0
-    assert (bound[outside] >= near[outside] - cover).all()
+    # the samples' distance is up to `cover` more than the surface's
+    assert (bound[~within] >= near[~within] - cover).all()
+    assert (bound[within] >= -near[within]).all()
+    # and it is no idle bound
+    assert (bound < 0.0).any()
+    assert np.abs(bound - np.where(within, -near, near)).max() < 0.05
     assert np.isinf(field([], np.zeros(3), np.ones(3)).at_most(points)).all()
 
 
