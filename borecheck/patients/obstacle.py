@@ -158,7 +158,7 @@ def patient_obstacle(
 
     coarser = 2 if float(raster.size.max()) <= _FINE_CELL_MM else 1
     for wider, share in _TRIES:
-        level = offset_level(volume) * wider
+        level = offset_level(volume, raster) * wider
         # what moves is swept in cells, and has no skin of its own
         near = None if asked.motions else (slab.vertices for slab in skin.slabs())
         points, triangles = surface_around(whole, level, near, coarser)

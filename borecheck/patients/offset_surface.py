@@ -21,15 +21,18 @@ from borecheck.patients.volume import Array, Volume
 
 # Off the values that the lattice can have: a level on one gives no manifold, [mm].
 _OFF_LATTICE = 0.6123
+_OF_A_CELL = 0.75
 
 
-def offset_level(volume: Volume) -> float:
+def offset_level(volume: Volume, raster: Raster) -> float:
     """How far outside the skin the surface is meant to lie, [mm]: a voxel's diagonal.
 
-    Simplifying and interpolating take some of it, and partial volume a little.
+    Simplifying and interpolating take some of it, and partial volume a little. In a
+    very long scan cells are much larger than voxels, and the surface follows them.
     """
     step = float(np.median(np.abs(np.diff(volume.places[:, 2]))))
-    return float(np.linalg.norm([*volume.spacing, step])) + _OFF_LATTICE
+    diagonal = float(np.linalg.norm([*volume.spacing, step]))
+    return max(diagonal, _OF_A_CELL * float(raster.size.mean())) + _OFF_LATTICE
 
 
 def surface_around(
