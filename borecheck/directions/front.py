@@ -72,7 +72,6 @@ def children(front: Front, split: Ids) -> Front:
             low.append(np.stack([edges[a, :, 0], edges[b, :, 1]], axis=1))
             high.append(np.stack([edges[a + 1, :, 0], edges[b + 1, :, 1]], axis=1))
     leaves = Leaves.unknown(np.concatenate(low), np.concatenate(high))
-    leaves.witness[:] = np.tile(parents.witness, (4, 1))
     count = len(split)
     number = np.full(len(front.leaves), -1)
     number[split] = np.arange(count)

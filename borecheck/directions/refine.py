@@ -10,8 +10,8 @@ Every round gives a whole map, which is true: later ones only decide more. A cel
   part is clear of every obstacle at every station (`questions`);
 * undecided else.
 
-Children look only at what their parents left open: candidates of the skin, pairs and
-ranges of stations, the witness that may do for them as well.
+Children look only at what their parents left open: candidates of the skin, pairs, and
+ranges of stations.
 """
 
 from collections.abc import Iterator
@@ -90,7 +90,7 @@ class Refinement:
         state[out >= 0] = IS_OUT
         cause[out >= 0] = out[out >= 0]
         left = self._left(front, cells, skin, known & (out < 0))
-        witness, station = self._touching.of_cells(leaves.witness, cells, skin, left)
+        witness, station = self._touching.of_cells(cells, skin, left)
         proven = witness[:, 0] >= 0
         state[proven] = IS_CONTACT
         for k in np.flatnonzero(proven):

@@ -28,12 +28,11 @@ class Touching:
         self._witnesses = Witnesses(setup)
 
     def of_cells(
-        self, before: Ids, cells: Cells, skin: SkinOfCells, left: Questions
+        self, cells: Cells, skin: SkinOfCells, left: Questions
     ) -> tuple[Ids, Array]:
         """Witnesses of cells that are in contact everywhere, and their stations.
 
         Args:
-            before: The parents' witnesses, (k, 3), which are tried first.
             cells: The cells.
             skin: What is known of their skin.
             left: What is open of them.
@@ -45,17 +44,12 @@ class Touching:
         station = np.full(len(cells), np.nan)
         nearest = self._nearest(cells, left)
         stations, usable = self._stations(nearest, skin)
-        parent = before[nearest.cell]
-        same = (parent[:, 0] == nearest.part) & (parent[:, 1] == nearest.obstacle)
-        tried = np.where(same, parent[:, 2], -1)
         for at in stations:
             rows = np.flatnonzero(usable & (witness[nearest.cell, 0] < 0))
             asked = nearest.take(rows)
             point = self._witnesses.prove(
                 cells,
-                Candidates(
-                    asked.cell, asked.part, asked.obstacle, at[rows], tried[rows]
-                ),
+                Candidates(asked.cell, asked.part, asked.obstacle, at[rows]),
             )
             found = asked.take(point >= 0)
             witness[found.cell] = np.stack(

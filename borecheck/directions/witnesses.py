@@ -68,14 +68,12 @@ class Candidates:
         part: Which part.
         obstacle: Which obstacle.
         station: Where every direction of the cell brings the part, [m].
-        point: The point of the part to be tried first, or -1.
     """
 
     cell: Ids
     part: Ids
     obstacle: Ids
     station: Array
-    point: Ids
 
 
 class Witnesses:
@@ -103,22 +101,9 @@ class Witnesses:
         self, cells: Cells, asked: Candidates, rows: Ids, part: int, obstacle: int
     ) -> Ids:
         points = points_of(self._setup.robot.parts[part].mesh)
-        found = np.full(len(rows), -1)
-        tried = asked.point[rows]
-        some = np.flatnonzero(tried >= 0)
-        if len(some):
-            which = tried[some]
-            proven = self._deep(
-                cells, asked, rows[some], part, obstacle, points[which][:, None]
-            )[:, 0]
-            found[some[proven]] = which[proven]
-        rest = np.flatnonzero(found < 0)
-        if len(rest):
-            every = np.broadcast_to(points, (len(rest), *points.shape))
-            proven = self._deep(cells, asked, rows[rest], part, obstacle, every)
-            any_of = proven.any(axis=1)
-            found[rest[any_of]] = proven[any_of].argmax(axis=1)
-        return found
+        every = np.broadcast_to(points, (len(rows), *points.shape))
+        proven = self._deep(cells, asked, rows, part, obstacle, every)
+        return np.where(proven.any(axis=1), proven.argmax(axis=1), -1)
 
     def _deep(
         self,
