@@ -2,8 +2,8 @@
 
     python -m studies.igtl_latency --robot zerobot --seconds 20
 
-A client sends the needle at 30 Hz, along a circle round where the first plan begins,
-and takes the time until the verdict and all links that belong to it are there.
+A client sends the needle at 30 Hz, along a circle round where it is at home, and takes
+the time until the verdict and all links that belong to it are there.
 """
 
 import argparse
@@ -31,7 +31,7 @@ def main() -> None:
     options = parser.parse_args()
     robot, scene = bc.load_robot(options.robot), bc.load_scene(SCANNERS[options.robot])
     session = Session(robot, scene, first_plan(robot, scene))
-    T = robot.placements(session.motion().waypoints[0])[robot.needle.tip]
+    T = robot.placements(robot.home)[robot.needle.tip]
     bridge = Bridge(Tracked(session), 0)
     try:
         count = int(RATE * options.seconds)

@@ -87,7 +87,9 @@ def _bridged(
     tracked = Tracked(session, place_of(args))
 
     def start(view: "LiveView") -> Bridge:
-        bridge = Bridge(tracked, port, host, say, view.stand)
+        bridge = Bridge(
+            tracked, port, host, lambda t: say(f"borecheck: {t}"), view.stand
+        )
         say(f"borecheck: OpenIGTLink at {host}:{bridge.port}")
         return bridge
 
