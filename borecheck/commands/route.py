@@ -58,6 +58,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--seed", type=int, default=0, help="of the search; the same seed, the same way"
     )
     parser.add_argument(
+        "--planner",
+        default="connect",
+        metavar="NAME",
+        help="connect (default), or ompl:NAME over the same certified edges, e.g. "
+        "ompl:BITstar (extra `planning`)",
+    )
+    parser.add_argument(
         "--edges",
         type=int,
         default=None,
@@ -69,7 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=None,
         metavar="S",
-        help="give up after so long, too (default: never)",
+        help="give up after so long, too (default: never; 60 for OMPL)",
     )
     parser.add_argument(
         "--samples", type=int, default=41, help="poses for curves and pictures"
@@ -131,6 +138,7 @@ def run(args: argparse.Namespace) -> int:
         start,
         _goal(robot, scene, args),
         parse_length(args.margin),
+        planner=args.planner,
         seed=args.seed,
         most_edges=MOST_EDGES if args.edges is None else args.edges,
         most_seconds=args.seconds,
@@ -217,6 +225,7 @@ def _block(args: argparse.Namespace, found: "Route") -> dict[str, Any]:
         "reason": found.reason,
         "from": args.start,
         "to": args.to,
+        "planner": args.planner,
         "seed": found.seed,
         "edges": found.edges,
         "length_m": found.length,

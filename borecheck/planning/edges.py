@@ -37,3 +37,7 @@ class Edges:
             return False
         edge = np.array([a, b])
         return search(self._problem, edge, piece_limit=PIECES).clear
+
+    def free(self, q: Array) -> bool:
+        """Whether a configuration touches nothing; that is a look, and no edge."""
+        return not bool(self._quick.touches(q[None, :])[0])

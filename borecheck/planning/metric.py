@@ -33,6 +33,12 @@ class Metric:
         change = np.abs(np.asarray(b) - np.asarray(a))
         return np.asarray((change @ self.reach.T).max(axis=-1, initial=0.0))
 
+    @property
+    def scale(self) -> Array:
+        """What a change of each joint moves any point by at most, (joints,)."""
+        largest = self.reach.max(axis=0, initial=0.0)
+        return np.asarray(np.where(largest > 0.0, largest, 1.0))  # it moves nothing
+
     def length(self, way: ArrayLike) -> float:
         """Length of a way through configurations (k, joints), [m]."""
         points = np.asarray(way)

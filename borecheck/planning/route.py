@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from borecheck.contact.check import check
 from borecheck.contact.queries import queries
 from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN
-from borecheck.errors import UsageError
+from borecheck.errors import UnknownNameError, UsageError
 from borecheck.motion.needle_motion import needle_motion
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.search import search
@@ -18,6 +19,7 @@ from borecheck.motion.turns import open_turns
 from borecheck.planning.connect import connect
 from borecheck.planning.edges import Edges
 from borecheck.planning.metric import metric_of, sampled_box
+from borecheck.planning.ompl import PLANNERS, check_planner, plan
 from borecheck.planning.shorten import shorten
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.robots.given import Given, configuration, length, refuse_others
@@ -29,6 +31,11 @@ Array = NDArray[np.float64]
 
 # Edges asked for before it is given up: about a minute of a small arm in a bore.
 MOST_EDGES = 20_000
+
+# Who searches: two trees of ours, or "ompl:" and the name of one of OMPL's planners.
+OURS, OMPL = "connect", "ompl:"
+# OMPL's planners count in seconds.
+OMPL_SECONDS = 60.0
 
 FOUND, NONE_FOUND, END_TOUCHES = "found", "none found", "an end is not clear"
 
@@ -72,6 +79,7 @@ def route(
     goal: Given | NeedlePlan,
     margin: float | str = 0.0,
     *,
+    planner: str = OURS,
     seed: int = 0,
     most_edges: int = MOST_EDGES,
     most_seconds: float | None = None,
@@ -89,7 +97,10 @@ def route(
         goal: Where it is wanted, likewise; or a needle plan: where its own motion
             begins, before the skin.
         margin: Clearance to obstacles that is kept everywhere, [m] or "5mm".
-        seed: Of the random configurations; the answer depends on it, not on time.
+        planner: "connect": two growing trees; "ompl:NAME": one of OMPL's over the same
+            edges (extra `planning`), which gives up after a minute unless told.
+        seed: Of the random configurations; the answer depends on it, not on time. OMPL
+            has random numbers of its own.
         most_edges: Edges asked for at most.
         most_seconds: When to give up, too, [s]; a way that is found in time is the
             same as without.
@@ -101,10 +112,10 @@ def route(
         JointLimitError: An end beyond a joint limit.
         UnreachableError: No configuration reaches the plan.
     """
-    if most_edges < 1:
-        raise UsageError(f"at least one edge must be asked for, not {most_edges}")
-    if most_seconds is not None and not 0.0 < most_seconds < np.inf:
-        raise UsageError(f"{most_seconds} s is no time to search for")
+    theirs = _of_ompl(planner)
+    if theirs and most_seconds is None:
+        most_seconds = OMPL_SECONDS
+    _check_limits(most_edges, most_seconds)
     refuse_others(robot, scene)
     margin = length(margin, "margin")
     if isinstance(goal, NeedlePlan):
@@ -123,16 +134,18 @@ def route(
     rng = np.random.default_rng(seed)
     low, high = sampled_box(robot.model, ends[0])
     out_of_time = _clock(most_seconds)
-    way = connect(
-        ends[0],
-        ends[1],
-        edges,
-        metric,
-        lambda: rng.uniform(low, high),
-        most_edges,
-        progress,
-        out_of_time,
-    )
+    if not theirs:
+        sample = partial(rng.uniform, low, high)
+        limits = most_edges, progress, out_of_time
+        way = connect(*ends, edges, metric, sample, *limits)
+    else:
+
+        def give_up() -> bool:
+            if progress is not None:
+                progress(min(edges.asked, most_edges), most_edges)
+            return edges.asked >= most_edges or out_of_time()
+
+        way = plan(theirs, ends, edges, metric.scale, (low, high), give_up)
     if way is None:
         late = f" and {most_seconds:g} s" if out_of_time() else ""
         reason = f"no way found in {edges.asked} edges{late}; there may be one"
@@ -145,6 +158,30 @@ def route(
     far = metric.length(way)
     reason = f"{len(way) - 1} edges, {1e3 * far:.0f} mm at most for any point"
     return Route(FOUND, CLEAR, reason, way, far, edges.asked, seed)
+
+
+def _of_ompl(planner: str) -> str:
+    """Which of OMPL's planners is asked for; empty if ours is.
+
+    Raises:
+        UnknownNameError: There is none of that name.
+        UsageError: OMPL is not installed.
+    """
+    if planner == OURS:
+        return ""
+    name = planner.removeprefix(OMPL)
+    if name == planner:
+        known = (OURS, *(OMPL + each for each in PLANNERS))
+        raise UnknownNameError("planner", planner, known)
+    check_planner(name)
+    return name
+
+
+def _check_limits(most_edges: int, most_seconds: float | None) -> None:
+    if most_edges < 1:
+        raise UsageError(f"at least one edge must be asked for, not {most_edges}")
+    if most_seconds is not None and not 0.0 < most_seconds < np.inf:
+        raise UsageError(f"{most_seconds} s is no time to search for")
 
 
 def _clock(most_seconds: float | None) -> Callable[[], bool]:
