@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,9 +134,16 @@ def route(
     low, high = sampled_box(robot.model, ends[0])
     out_of_time = _clock(most_seconds)
     if not theirs:
-        sample = partial(rng.uniform, low, high)
-        limits = most_edges, progress, out_of_time
-        way = connect(*ends, edges, metric, sample, *limits)
+        way = connect(
+            ends[0],
+            ends[1],
+            edges,
+            metric,
+            lambda: rng.uniform(low, high),
+            most_edges,
+            progress,
+            out_of_time,
+        )
     else:
 
         def give_up() -> bool:
