@@ -17,16 +17,6 @@ RNG = 20261128
 LARGE = "4deg"
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return bc.load_robot("zerobot", mount="+90")
-
-
-@pytest.fixture(scope="module")
-def scene():
-    return bc.load_scene("ct_gantry")
-
-
 def at(mesh, place):
     return TriangleMesh(mesh.name, mesh.vertices + place, mesh.triangles)
 
