@@ -59,7 +59,7 @@ def test_what_keeps_the_constraints_is_in_no_box_that_is_closed(terms):
     """And costs no less than its box's bound."""
     family, plan = family_of(terms.robot, PLANS[0].length), PLANS[0]
     boxes = Boxes(terms, family, plan)
-    x = RNG.uniform(family.lower, family.upper, (1500, 3))
+    x = RNG.uniform(family.lower, family.upper, (400, 3))
     qs = family.configurations(plan.entry, plan.direction, x)
     good = terms.broken(qs) == NOTHING
     x, qs = x[good], qs[good]
@@ -122,7 +122,7 @@ def test_what_is_proven_away_brute_force_does_not_find(terms, plan, asked, closi
     assert closed[closing] > 0.1
     assert np.isclose(sum(closed.values()), 1.0)
     family = family_of(robot, plan.length)
-    x = RNG.uniform(family.lower, family.upper, (6000, 3))
+    x = RNG.uniform(family.lower, family.upper, (3000, 3))
     brute = Terms(robot, scene, requirements(**asked))
     qs = family.configurations(plan.entry, plan.direction, x)
     good = x[brute.broken(qs) == NOTHING]
