@@ -3,7 +3,7 @@
     python -m studies.routes --goals 100 --seed 1
     python -m studies.routes --part walled --goals 10 --seed 1
     python -m studies.routes --part same --goals 10 --seed 1
-    python -m studies.routes --part resampled --goals 33 --seed 1
+    python -m studies.routes --part resampled --goals 12 --seed 1
 
 Each part's module says what it asks; the exit status is 1 if any answer is wrong.
 """
