@@ -5,7 +5,8 @@ surfaces meet and tells the clearance, and `judge`, the full check. Only the ful
 ever says clear.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,13 @@ from numpy.typing import NDArray
 from borecheck.contact import clearance
 from borecheck.contact.check import check_with
 from borecheck.contact.settings import Settings, settings
-from borecheck.contact.verdict import CONTACT, Closest, Verdict
+from borecheck.contact.verdict import CONTACT, Closest, TrianglePair, Verdict
 from borecheck.motion.needle_motion import needle_motion
 from borecheck.motion.samples import configurations_at
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.plans.plan_motion import PlanMotion
+from borecheck.report.display import MOST_LIT, contact_corners
 from borecheck.robots.robot import Robot, load_robot
 from borecheck.robots.scene import Scene, read_obstacle
 
@@ -40,6 +42,7 @@ class Shown:
         reason: One sentence.
         closest: Closest points of robot and obstacles.
         touching: Names of parts and obstacles whose surfaces meet.
+        lit: Corners of triangles in contact, (n, 2, 3, 3), the robot's first, [m].
     """
 
     q: Array
@@ -48,6 +51,7 @@ class Shown:
     reason: str
     closest: Closest | None
     touching: frozenset[str]
+    lit: Array = field(default_factory=lambda: np.zeros((0, 2, 3, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +110,9 @@ class Session:
         names = frozenset({closest.link, closest.obstacle})
         if closest.upper <= 0.0:
             reason = f"{closest.link} meets {closest.obstacle}"
-            return Shown(q, placements, CONTACT, reason, closest, names)
+            pair = TrianglePair(closest.link, closest.obstacle, *closest.triangles)
+            lit = self._lit(placements, [pair])
+            return Shown(q, placements, CONTACT, reason, closest, names, lit)
         told = f"{where}: {1e3 * closest.distance:.1f} mm"
         if closest.upper <= self.margin:
             reason = f"{told} is within the margin of {1e3 * self.margin:g} mm"
@@ -116,14 +122,23 @@ class Session:
     def judge(self, q: Array, corridor: Corridor | None = None) -> Shown:
         """The full check of one configuration."""
         verdict = check_with(self.robot, self.scene, q, self.chosen, corridor)
+        placements = self.robot.placements(q)
         return Shown(
             q,
-            self.robot.placements(q),
+            placements,
             verdict.verdict,
             _reason(verdict),
             verdict.closest,
             _touching(verdict),
+            self._lit(placements, [*verdict.contacts, *verdict.self_contacts]),
         )
+
+    def _lit(
+        self, placements: dict[str, Array], pairs: Sequence[TrianglePair]
+    ) -> Array:
+        """Corners of the first of the pairs, as they were checked."""
+        some = [asdict(pair) for pair in pairs[:MOST_LIT]]
+        return contact_corners(self.robot, self.scene, placements, some)
 
     def with_plan(self, entry: Any, target: Any) -> "Session":
         """The session with another plan.

@@ -21,9 +21,13 @@ Array = NDArray[np.float64]
 EYE, LOOK_AT = np.array([-1.9, 2.5, 1.3]), np.array([-0.7, 0.0, 0.0])
 
 COLOURS = {role: rgb(colour) for role, colour in ROLES.items()}
-TOUCHING = rgb(palette.TOUCHING[0])
-CLOSEST = (181, 0, 110)
+# Of triangles in contact, the robot's and the other surface's.
+TOUCHING = tuple(map(rgb, palette.TOUCHING))
+# Of the distance line, by what is said; while that is not known yet, as of a plan.
+CLOSEST = {verdict: rgb(shade.ink) for verdict, shade in palette.LIGHT.items()}
 PLAN = rgb(palette.PLAN)
+# So far beside its surface a triangle in contact is drawn, [m].
+HAIR = 2e-4
 
 
 class Stage:
@@ -43,12 +47,13 @@ class Stage:
         self._around: dict[str, Any] = {}
         self._colours: dict[str, tuple[int, int, int]] = {}
         self.ends: list[Any] = []
+        self.lit: list[Any] = []
         scene = server.scene
         scene.set_up_direction("+z")
         server.initial_camera.position = EYE * (1.0, _near(session.robot, q), 1.0)
         server.initial_camera.look_at = LOOK_AT
         self._line = scene.add_line_segments(
-            "/closest", np.zeros((1, 2, 3), np.float32), CLOSEST, thickness=0.002
+            "/closest", np.zeros((1, 2, 3), np.float32), PLAN, thickness=0.002
         )
         self._label = scene.add_label("/distance", "")
         self.furnish(session)
@@ -109,10 +114,33 @@ class Stage:
             self._label.text = f"{1e3 * closest.distance:.1f} mm"
             self._label.position = points[0].mean(axis=0)
         self._line.visible = self._label.visible = closest is not None
-        for name, handle in {**self._around, **self.links}.items():
-            colour = TOUCHING if name in shown.touching else self._colours[name]
-            if tuple(handle.color) != colour:
-                handle.color = colour
+        colour = np.array(CLOSEST.get(shown.state, PLAN), dtype=np.uint8)
+        self._line.colors = np.broadcast_to(colour, (1, 2, 3)).copy()
+        self._light(shown.lit)
+        # Where no triangles meet, a part within the margin or in a solid is coloured.
+        alone = shown.touching if not len(shown.lit) else frozenset()
+        for name, handle in self.links.items():
+            wanted = TOUCHING[0] if name in alone else self._colours[name]
+            if tuple(handle.color) != wanted:
+                handle.color = wanted
+
+    def _light(self, lit: Array) -> None:
+        """Lights triangles in contact, (n, 2, 3, 3), in place of those before."""
+        for handle in self.lit:
+            handle.remove()
+        self.lit = []
+        for side in (0, 1) if len(lit) else ():
+            corners = _beside(lit[:, side]).astype(np.float32)
+            handle = self.server.scene.add_mesh_simple(
+                f"/contact/{side}",
+                corners.reshape(-1, 3),
+                np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3),
+                color=TOUCHING[side],
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            self.lit.append(handle)
 
     def add_plan(self, plan: NeedlePlan, dragged: Callable[[], None]) -> None:
         """Handles at entry and target; `dragged` is called when one was moved."""
@@ -146,6 +174,16 @@ class Stage:
         entry, target = (np.array(handle.position) for handle in self.ends)
         self._needle_line.points = np.array([[entry, target]], dtype=np.float32)
         return entry, target
+
+
+def _beside(triangles: Array) -> Array:
+    """Triangles a hair before and behind (n, 3, 3): not in the surface they are of."""
+    normals = np.cross(
+        triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    )
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    step = HAIR * (normals / np.where(lengths > 0.0, lengths, 1.0))[:, None]
+    return np.concatenate([triangles + step, triangles - step])
 
 
 def _near(robot: Robot, q: Array) -> float:

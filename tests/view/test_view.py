@@ -59,6 +59,8 @@ def test_glance_and_judge_agree_about_contact(session):
             found += 1
             assert session.glance(q).state == "contact"
             assert session.judge(q).touching
+            assert session.judge(q).lit.shape[1:] == (2, 3, 3)
+            assert len(session.judge(q).lit) > 0
     assert found > 0
 
 
