@@ -236,6 +236,14 @@ EQUIVALENT = {
     "plan is not None": ("where one of them is None alone, that was told before"),
     "borecheck/verify/binding.py _names: plan is not None and other is not None -> "
     "other is not None": ("where one of them is None alone, that was told before"),
+    "borecheck/verify/binding.py _names: path is not None and other is not None -> "
+    "path is not None or other is not None": (
+        "as of the plan: where one of them is None alone, that was told before"
+    ),
+    "borecheck/verify/claims.py Claims._true: 0 -> 1 (#2)": (
+        "surfaces are apart throughout the interval, which was asked before: any "
+        "instant of it tells what one holds of the other"
+    ),
     "borecheck/verify/statement.py Surface.box: 1 -> 2": (
         "numpy takes any negative length of a shape for the one to be found"
     ),
