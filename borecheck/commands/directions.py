@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from borecheck.commands import common
+from borecheck.commands.options.patient_place import add_patient_place
 from borecheck.commands.output import emit, refuse_outputs
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
@@ -18,6 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
     common.add_robot(parser)
     common.add_scene(parser)
+    add_patient_place(parser)
     parser.add_argument(
         "--target",
         required=True,
@@ -67,11 +69,6 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
         "--picture", type=Path, metavar="MAP.svg", help="write a picture of the map"
     )
     parser.add_argument(
-        "--position",
-        default="HFS",
-        help="how the patient lies (DICOM), which names the picture's sides",
-    )
-    parser.add_argument(
         "--format", choices=("text", "json"), default="text", help="form of the result"
     )
     parser.add_argument(
@@ -89,12 +86,10 @@ def run(args: argparse.Namespace) -> int:
 
     tell_of_compiling()
     from borecheck.commands.progress import Progress
-    from borecheck.core.patient_frame import scanner_from_patient
     from borecheck.directions.ask import directions
     from borecheck.directions.ranking import ranked
     from borecheck.report.direction_words import direction_text
 
-    scanner_from_patient("RAS", args.position)  # refuses what is no position
     target = _three(args.target, "--target")
     asked = None if args.asked is None else _three(args.asked, "--asked")
     found = directions(
@@ -233,4 +228,6 @@ def _write(
     along = None if asked is None else found.target - np.array(asked)
     near = None if along is None else found.nearest_clear(along)
     unit = None if along is None else along / np.linalg.norm(along)
-    write_whole(args.picture, direction_picture(found, best, unit, near, args.position))
+    # names the picture's sides, nothing else
+    lies = args.position or "HFS"
+    write_whole(args.picture, direction_picture(found, best, unit, near, lies))

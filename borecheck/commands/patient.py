@@ -15,7 +15,7 @@ from borecheck.commands.options.scan import (
     scan_place,
     shown,
     stated,
-    wishes_of,
+    wishes_at,
 )
 from borecheck.commands.output import emit, refuse_outputs
 from borecheck.core.whole_files import check_writable, same_file, write_whole
@@ -164,7 +164,8 @@ def _made(args: argparse.Namespace, volume: "Volume") -> dict[str, Any]:
     from borecheck.patients.obstacle import patient_obstacle
     from borecheck.report.patient_picture import preview
 
-    wishes, place = wishes_of(args), scan_place(args, volume)
+    place = scan_place(args, volume)
+    wishes = wishes_at(args, place)
     around = _around(args.scanner)
     made = patient_obstacle(volume, place.T_frame_lps, wishes, shown())
     if args.out is not None:

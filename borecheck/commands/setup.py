@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from borecheck.commands import common
 from borecheck.commands.options.allowed import add_allowed
 from borecheck.commands.options.needle import add_needle
+from borecheck.commands.options.patient_place import add_patient_place, plans_of
 from borecheck.commands.output import check_outputs, emit
 from borecheck.core.units import parse_angle, parse_length, parse_pair
 from borecheck.errors import UsageError
@@ -30,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plan",
         type=Path,
         metavar="FILE",
-        help="needle plans, CSV or JSON",
+        help="needle plans, CSV, JSON, or markups of 3D Slicer",
     )
     add_solver(parser)
     add_requirements(parser)
@@ -42,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "before the skin to the target, for check --path",
     )
     add_needle(parser)
+    add_patient_place(parser)
     add_allowed(parser)
     common.add_output(parser)
 
@@ -166,12 +168,11 @@ def run(args: argparse.Namespace) -> int:
 
     tell_of_compiling()
     from borecheck.commands.progress import Progress
-    from borecheck.plans.plan_file import read_plans
     from borecheck.report.document import about_block, header
     from borecheck.setup.solve import setups
 
     robot, scene = common.load(args), common.load_surroundings(args)
-    plans = read_plans(args.plan)
+    plans = plans_of(args, args.plan)
     found = setups(
         robot, scene, plans, asked, args.solver, Progress("plans"), args.gap, args.boxes
     )

@@ -46,6 +46,11 @@ def _doubt(setup: MapSetup) -> Cause | None:
     robot = setup.robot
     if setup.scene.doubt is not None:
         return Cause("scene", (), setup.scene.doubt)
+    for obstacle in setup.scene.obstacles:
+        if obstacle.assumed is not None:
+            # whether what is assumed is nearest is not asked of cells
+            text = f"{obstacle.assumed.reason}: assumed, not seen; ask check --plan"
+            return Cause("scene", (), text)
     may_meet = pairs_that_may_meet(robot)
     if may_meet:
         first, second = (robot.parts[k].mesh.name for k in may_meet[0])

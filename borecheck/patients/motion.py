@@ -6,7 +6,6 @@ from math import ceil
 
 import numpy as np
 
-from borecheck.core.patient_frame import scanner_from_patient
 from borecheck.patients.beyond import Extended
 from borecheck.patients.raster import Cells
 from borecheck.patients.volume import Array, Volume
@@ -28,10 +27,13 @@ class Motion:
     kind: str
     length: float
 
-    def way(self, volume: Volume) -> Array:
-        """The displacement along the slices' axes, (3,), [mm]."""
-        R_scanner_lps = scanner_from_patient("LPS", volume.position or "HFS")
-        up = R_scanner_lps.T @ np.array([0.0, 0.0, 1.0])
+    def way(self, volume: Volume, up: Array) -> Array:
+        """The displacement along the slices' axes, (3,), [mm].
+
+        Args:
+            volume: The scan.
+            up: Away from the couch, in LPS, (3,), unit.
+        """
         direction = {BREATHING: _ANTERIOR, SAG: -up, COVER: up}[self.kind]
         return np.asarray(volume.axes @ direction * self.length)
 

@@ -52,11 +52,21 @@ class Wishes:
         extension: How far the body goes on where the scan cuts it, [mm].
         motions: Ways in which the body may move, or be covered.
         couch: Whether a couch is looked for and taken out.
+        up: Away from the couch, in LPS, unit; None: as the scan says that the patient
+            lies, on the back if it does not.
     """
 
     extension: float = EXTENSION_MM
     motions: tuple[Motion, ...] = ()
     couch: bool = True
+    up: tuple[float, float, float] | None = None
+
+    def up_of(self, volume: Volume) -> Array:
+        """Away from the couch, in LPS, (3,)."""
+        if self.up is not None:
+            return np.array(self.up)
+        R_scanner_lps = scanner_from_patient("LPS", volume.position or "HFS")
+        return np.asarray(R_scanner_lps.T @ np.array([0.0, 0.0, 1.0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,10 +150,11 @@ def patient_obstacle(
     shown = progress or (lambda _what, _done, _total: None)
     raster = rasterised(volume, lambda done, total: shown("slices", done, total))
     _refuse_empty(volume, raster)
-    body = body_of(raster, _down(volume) if asked.couch else None)
+    up = asked.up_of(volume)
+    body = body_of(raster, -volume.axes @ up if asked.couch else None)
     cuts = cuts_of_body(volume, body)
     whole = extended(volume, body.raster, asked.extension if cuts else 0.0)
-    whole = swept(whole, [(one.way(volume), one) for one in asked.motions])
+    whole = swept(whole, [(one.way(volume, up), one) for one in asked.motions])
     T_frame_axes = T_frame_lps[:3, :3] @ volume.axes.T
     shift = T_frame_lps[:3, 3]
 
@@ -222,12 +233,6 @@ def _refuse_empty(volume: Volume, raster: Raster) -> None:
         raise VolumeError(volume.file, "holds no tissue: everything is air")
     if raster.cells.all():
         raise VolumeError(volume.file, "holds no air: its numbers are no CT of a body")
-
-
-def _down(volume: Volume) -> Array:
-    """Where the couch is, along the slices' axes; a patient on the back if unsaid."""
-    R_scanner_lps = scanner_from_patient("LPS", volume.position or "HFS")
-    return np.asarray(volume.axes @ R_scanner_lps.T @ np.array([0.0, 0.0, -1.0]))
 
 
 def _assumed(mesh: TriangleMesh, whole: Extended) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ import borecheck as bc
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.doubt import FileDoubt
-from borecheck.robots.obstacle_files import Obstacle
+from borecheck.robots.obstacle_files import Assumed, Obstacle
 
 TARGET = np.array([0.0, 0.0, -0.05])
 RNG = 20261128
@@ -125,6 +125,20 @@ def test_a_guessed_unit_leaves_nothing_clear(robot, scene):
     found = bc.directions(robot, doubtful, TARGET, resolution=LARGE)
     assert found.shares["clear"] == 0.0
     assert "guessed" in found.at((0.0, 0.0, -1.0)).reason
+
+
+def test_an_assumed_patient_leaves_nothing_clear(robot, scene):
+    """What no scan saw is asked of single poses and motions, not of cells."""
+    (patient,) = (o for o in scene.obstacles if o.role == "patient")
+    triangles = np.zeros(len(patient.mesh.triangles), dtype=bool)
+    triangles[0] = True
+    guessed = replace(patient, assumed=Assumed(triangles, "beyond the scan"))
+    others = scene.without_obstacles([patient])
+    found = bc.directions(
+        robot, others.with_obstacles([guessed]), TARGET, resolution=LARGE
+    )
+    assert found.shares["clear"] == 0.0
+    assert any("beyond the scan" in text for _, text in found.reasons)
 
 
 def test_a_robot_inside_a_solid_is_in_contact(robot, scene):

@@ -8,6 +8,8 @@ import pytest
 
 from borecheck.cli import main
 from borecheck.contact.check import check
+from borecheck.core.patient_frame import scanner_from_patient
+from borecheck.exchange.itk_transform import transform_text
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh_files.reading import read_mesh
 from borecheck.patients.body import COUCH, KEPT, SPECK, body_of
@@ -97,6 +99,33 @@ def test_a_body_that_moves_is_held_at_every_place(series, made, kind, axis):
     still = (side[1] - high)[axis] if kind == BREATHING else (low - side[0])[axis]
     assert grown == pytest.approx(0.015, abs=0.004)
     assert abs(still) < 0.004
+
+
+def test_down_is_where_the_patient_is_said_to_lie(series, made):
+    """Of a patient on the belly the couch is before him, -y in LPS."""
+    wishes = Wishes(50.0, (Motion(SAG, 15.0),), up=(0.0, 1.0, 0.0))
+    moved = patient_obstacle(read_volume(series), np.eye(4), wishes)
+    (low, high), side = made.mesh.bounds, moved.mesh.bounds
+    assert low[1] - side[0][1] == pytest.approx(0.015, abs=0.004)
+    assert abs(side[1][1] - high[1]) < 0.004
+
+
+def test_a_transform_says_where_down_is(series, tmp_path, capsys):
+    """A scan of a patient on the back, who now lies on the belly: z up is back."""
+    file = tmp_path / "prone.tfm"
+    # of the scanner's frame (head +x) to LPS: y to +x (left), z to +y (posterior)
+    T = np.eye(4)
+    T[:3, :3] = scanner_from_patient("LPS", "HFP").T
+    file.write_text(transform_text(T))
+    low = {}
+    for name, more in (("still", []), ("sagged", ["--couch-sag", "15mm"])):
+        words = ["patient", series, "--transform", str(file), "--format", "json"]
+        status, out, _ = run(capsys, *words, *more)
+        assert status == 0
+        low[name] = np.array(json.loads(out)["obstacle"]["bounds_m"])
+    lower = low["still"][0, 2] - low["sagged"][0, 2]
+    assert lower == pytest.approx(0.015, abs=0.004)
+    assert abs(low["sagged"][1, 2] - low["still"][1, 2]) < 0.004
 
 
 def cells(*boxes):
@@ -250,6 +279,26 @@ def test_without_an_isocentre_nothing_is_clear(series, tmp_path, capsys):
     assert document["verdict"] in ("clear", "unknown")
     assert any("beyond the scan" in line for line in document["not_modelled"])
     assert any(o["name"] == "s" for o in document["scene"]["obstacles"])
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["directions", "zerobot", "ct_gantry", "--target", "0,0,-50mm"],
+        ["setup", "zerobot", "ct_gantry", "--plan"],
+    ],
+)
+def test_a_scan_of_unknown_place_is_taken_by_all_commands(
+    words, series, tmp_path, capsys
+):
+    plans = tmp_path / "plans.csv"
+    head = "name,entry_x,entry_y,entry_z,target_x,target_y,target_z"
+    plans.write_text(f"{head}\na,0,0,0.1,0,0,-0.05\n")
+    more = [str(plans)] if words[-1] == "--plan" else ["--resolution", "20deg"]
+    status, out, err = run(capsys, *words, *more, "--patient-ct", series)
+    assert status == 2
+    assert "Traceback" not in err
+    assert "CLEAR" not in out
 
 
 @pytest.mark.parametrize(

@@ -100,6 +100,28 @@ def wishes_of(args: argparse.Namespace) -> "Wishes":
     return Wishes(1e3 * _length("--extend", args.extend), motions)
 
 
+def wishes_at(args: argparse.Namespace, place: ScanPlace) -> "Wishes":
+    """What the options ask of the obstacle of a scan that lies there.
+
+    Raises:
+        UsageError: As `wishes_of`; or it is to move down or up, and nobody says where
+            that is.
+    """
+    from dataclasses import replace
+
+    wishes = wishes_of(args)
+    if place.frame == "scanner":
+        x, y, z = (float(value) for value in place.T_frame_lps[2, :3])
+        return replace(wishes, up=(x, y, z))
+    for name in ("couch_sag", "cover"):
+        if getattr(args, name) is not None:
+            raise UsageError(
+                f"--{name.replace('_', '-')} needs to know where up is: say how the "
+                "patient lies, with --position or --transform"
+            )
+    return wishes
+
+
 def scan_of(args: argparse.Namespace, path: Path) -> "Volume":
     """The scan that lies there, with the series and labels that are asked for.
 
@@ -199,7 +221,7 @@ def _with_scan(args: argparse.Namespace, scene: "Scene", path: Path) -> "Scene":
         turn = np.eye(4)
         turn[:3, :3] = scanner_from_patient("LPS", POSITIONS[0])
         T = turn @ T
-    made = patient_obstacle(volume, T, wishes_of(args), shown())
+    made = patient_obstacle(volume, T, wishes_at(args, place), shown())
     name, missing = _name(path), made.not_modelled
     reason = "; ".join(place.doubts + volume.doubts)
     cut = f"{name} beyond the scan ({', '.join(c.where for c in made.cuts)})"
