@@ -305,6 +305,8 @@ def test_a_scan_of_unknown_place_is_taken_by_all_commands(
     ("more", "saying"),
     [
         (["--isocentre", "1,2"], "3"),
+        (["--transform", "a.tfm", "--position", "FFS"], "no --position"),
+        (["--cover", "5mm", "--series", "9"], "9"),
         (["--isocentre", "12,-40,-750"], "millimetres"),
         (["--position", "FFS"], "says HFS"),
         (["--extend", "-3mm"], "--extend"),

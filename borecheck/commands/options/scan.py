@@ -150,6 +150,8 @@ def scan_place(args: argparse.Namespace, volume: "Volume") -> ScanPlace:
     if args.transform is not None:
         if args.isocentre is not None:
             raise UsageError("--isocentre and --transform both say where: give one")
+        if args.position is not None:
+            raise UsageError("--transform says how the patient lies: no --position")
         place = by_transform(args.transform)
         return ScanPlace(place.T_scanner_lps, "scanner", (), (place.stated,))
     position, doubts = _position(args, volume), []
