@@ -184,8 +184,10 @@ def _answers(pose: _Pose, closest: Closest | None) -> tuple[Answer, Answer]:
         obstacles = replace(
             obstacles, verdict=UNKNOWN, reason=f"{doubt}; {obstacles.reason}"
         )
-    assumed = None if closest is None else why_assumed(pose.scene, closest)
-    if obstacles.verdict == CLEAR and assumed is not None:
+    assumed = None
+    if obstacles.verdict == CLEAR and closest is not None:
+        assumed = why_assumed(pose.scene, closest) or _assumed_elsewhere(pose, closest)
+    if assumed is not None:
         obstacles = replace(obstacles, verdict=UNKNOWN, reason=assumed)
     link_of = {part.mesh.name: part.link for part in robot.parts}
     # parts have numbers where a link has several; an obstacle may be called like one
@@ -206,6 +208,20 @@ def why_assumed(scene: Scene, closest: Closest) -> str | None:
         f"{closest.link} is nearest to {closest.obstacle}, "
         f"{1e3 * closest.distance:.1f} mm, where that is assumed, not seen: {reason}"
     )
+
+
+def _assumed_elsewhere(pose: _Pose, closest: Closest) -> str | None:
+    """As `why_assumed`, of obstacles that another one is nearer than.
+
+    Something else beside the robot does not show where a patient ends.
+    """
+    for alone in pose.scene.with_assumed_alone:
+        if alone.obstacles[0].name == closest.obstacle:
+            continue
+        found = check_with(pose.robot, alone, pose.q, pose.chosen, pose.corridor)
+        if found.obstacles.verdict != CLEAR:
+            return found.obstacles.reason
+    return None
 
 
 def _asked_again(

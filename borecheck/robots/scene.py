@@ -88,6 +88,12 @@ class Scene:
         reasons = dict.fromkeys(doubt.reason for doubt in doubts if doubt is not None)
         return "; ".join(reasons) or None
 
+    @cached_property
+    def with_assumed_alone(self) -> "tuple[Scene, ...]":
+        """For each obstacle of which something was assumed, the scene of it alone."""
+        guessed = [o for o in self.obstacles if o.assumed is not None]
+        return tuple(replace(self, obstacles=(o,)) for o in guessed)
+
     def without_obstacles(self, fewer: Iterable[Obstacle]) -> "Scene":
         """The scene without these obstacles."""
         gone = {id(obstacle) for obstacle in fewer}

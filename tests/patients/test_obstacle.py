@@ -11,6 +11,7 @@ from borecheck.contact.check import check
 from borecheck.core.patient_frame import scanner_from_patient
 from borecheck.exchange.itk_transform import transform_text
 from borecheck.geometry.mesh.primitives import box
+from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.reading import read_mesh
 from borecheck.patients.body import COUCH, KEPT, SPECK, body_of
 from borecheck.patients.motion import BREATHING, SAG, Motion
@@ -341,3 +342,35 @@ def test_the_picture_shows_seen_and_assumed_outlines(made, monkeypatch):
     assert rows[1].min() < rows[0].min() < rows[0].max() < rows[1].max()
     light = (frontal.min(axis=2) > 150).any(axis=1)
     assert light[(rows[0].min() + rows[0].max()) // 2]
+
+
+def test_something_nearer_does_not_make_what_was_assumed_clear():
+    """Without the wall it is unknown; with it, no more is known of the patient."""
+    robot, gantry = load_robot(ARM), load_scene("ct_gantry")
+    empty = gantry.without_obstacles(gantry.obstacles)
+    low, high = robot_bounds(robot)
+    size = np.full(3, 0.05)
+    middle = 0.5 * (low + high)
+
+    def block(name, z):
+        cube = box(name, tuple(size))
+        at = cube.vertices - cube.bounds.mean(axis=0) + [*middle[:2], z]
+        return TriangleMesh(name, at, cube.triangles)
+
+    patient = block("patient", high[2] + 0.06)
+    unseen = Assumed(np.ones(len(patient.triangles), bool), "beyond the scan")
+    assumed = Obstacle("patient", "patient", patient, "", None, unseen)
+    wall = Obstacle("wall", "other", block("wall", low[2] - 0.035), "")
+    for obstacles in ([assumed], [assumed, wall]):
+        verdict = check(robot, empty.with_obstacles(obstacles), robot.home)
+        assert verdict.verdict == "unknown"
+        assert "beyond the scan" in verdict.reason
+    assert check(robot, empty.with_obstacles([wall]), robot.home).clear
+
+
+def robot_bounds(robot):
+    T = robot.placements(robot.home)
+    points = np.concatenate(
+        [p.mesh.vertices @ T[p.link][:3, :3].T + T[p.link][:3, 3] for p in robot.parts]
+    )
+    return points.min(axis=0), points.max(axis=0)
