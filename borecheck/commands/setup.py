@@ -13,7 +13,7 @@ from borecheck.commands import common
 from borecheck.commands.options.allowed import add_allowed
 from borecheck.commands.options.needle import add_needle
 from borecheck.commands.options.patient_place import add_patient_place, plans_of
-from borecheck.commands.output import check_outputs, emit
+from borecheck.commands.output import check_outputs, emit, refuse_outputs
 from borecheck.core.units import parse_angle, parse_length, parse_pair
 from borecheck.errors import UsageError
 
@@ -173,6 +173,7 @@ def run(args: argparse.Namespace) -> int:
 
     robot, scene = common.load(args), common.load_surroundings(args)
     plans = plans_of(args, args.plan)
+    _refuse_motions(args, [plan.name for plan in plans])
     found = setups(
         robot, scene, plans, asked, args.solver, Progress("plans"), args.gap, args.boxes
     )
@@ -199,6 +200,25 @@ def _status(found: "Sequence[Setup]") -> int:
     if "unreachable" in said:
         return ExitStatus.FINDINGS
     return ExitStatus.COULD_NOT if "undecided" in said else ExitStatus.CLEAN
+
+
+def _refuse_motions(args: argparse.Namespace, names: "Sequence[str]") -> None:
+    """Refuses motions that would be lost or replace what is read, before the work."""
+    if args.motions is None:
+        return
+    files: dict[str, Path] = {}
+    owner: dict[str, str] = {}
+    for name in names:
+        file = args.motions / f"{_file_name(name)}.csv"
+        first = owner.setdefault(file.name.casefold(), name)
+        if first != name:
+            raise UsageError(
+                f"plans {first!r} and {name!r} would both have the motion {file}: "
+                "rename one of them, by letters or digits"
+            )
+        files[f"the motion of plan {name!r}"] = file
+    if args.motions.is_dir():  # in a new folder nothing is there to be lost
+        refuse_outputs(args, "out", "report", more=files)
 
 
 def _write_motions(folder: Path | None, found: "Sequence[Setup]") -> dict[str, str]:

@@ -138,3 +138,30 @@ def test_a_baseline_may_be_renewed_and_nothing_else_lost(tmp_path, capsys):
     capsys.readouterr()
     assert main([*again, "--out", str(known)]) == 2
     assert "the file is read too" in capsys.readouterr().err
+
+
+PLAN = "{},0.02,0.0655,-0.0072,0.0157,0.0588,-0.045\n"
+
+
+@pytest.mark.parametrize(
+    ("plans", "names", "more", "message"),
+    [
+        ("p.csv", ("a b", "a_b"), (), "plans 'a b' and 'a_b' would both have"),
+        ("p.csv", ("Left", "left"), (), "plans 'Left' and 'left' would both have"),
+        ("ways/left.csv", ("left",), (), "the file is read too"),
+        ("p.csv", ("left",), ("--out", "ways/left.csv"), "name the same file"),
+    ],
+)
+def test_motions_of_setups_are_outputs(
+    plans, names, more, message, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ways").mkdir()
+    head = "name,entry_x,entry_y,entry_z,target_x,target_y,target_z\n"
+    text = head + "".join(PLAN.format(name) for name in names)
+    (tmp_path / plans).write_text(text)
+    words = ["setup", "crane", "ct_gantry", "--plan", plans, "--motions", "ways"]
+    assert main([*words, *more]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line
+    assert (tmp_path / plans).read_text() == text
