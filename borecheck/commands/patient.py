@@ -18,7 +18,7 @@ from borecheck.commands.options.scan import (
     wishes_at,
 )
 from borecheck.commands.output import emit, refuse_outputs
-from borecheck.core.whole_files import check_writable, same_file, write_whole
+from borecheck.core.whole_files import write_whole
 from borecheck.errors import UsageError
 
 if TYPE_CHECKING:
@@ -103,7 +103,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_outputs(args: argparse.Namespace) -> None:
     """Outputs that cannot be written, before any work is done."""
-    refuse_outputs(args, "result", "picture")
+    surface = {} if args.out is None else {"--out": args.out}
+    refuse_outputs(args, "result", "picture", more=surface)
     if args.scanner is not None and args.picture is None:
         raise UsageError("--scanner is shown in the picture: give --picture")
     for name in ("out", "picture"):
@@ -115,11 +116,6 @@ def _refuse_outputs(args: argparse.Namespace) -> None:
         return
     if args.out.suffix.lower() != ".stl":
         raise UsageError(f"--out {args.out}: a surface is written as STL: name it .stl")
-    check_writable(args.out)
-    for name in ("result", "picture"):
-        other = getattr(args, name)
-        if other is not None and same_file(args.out, other):
-            raise UsageError(f"--out and --{name} name the same file")
     if args.out.is_file() and not args.out.read_bytes()[:80].startswith(_OURS):
         raise UsageError(f"--out {args.out}: is there already and no result")
 
