@@ -92,7 +92,15 @@ def check_path(
         return found
     asked = problem if own is None or own.clear else without_itself(problem)
     least = least_clearance(asked, points, around, tolerance)
-    return _unless_assumed(scene, replace(found, least=least))
+    found = _unless_assumed(scene, replace(found, least=least))
+    for alone in scene.with_assumed_alone if len(scene.obstacles) > 1 else ():
+        # that something else is nearer does not show where a patient ends
+        if found.clear:
+            near = check_path(
+                robot, alone, points, margin, corridor=corridor, long_way=long_way
+            )
+            found = found if near.clear else in_doubt(found, near.reason)
+    return found
 
 
 def _unless_assumed(scene: Scene, found: PathVerdict) -> PathVerdict:

@@ -13,6 +13,7 @@ from borecheck.exchange.itk_transform import transform_text
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.reading import read_mesh
+from borecheck.motion.check import check_path
 from borecheck.patients.body import COUCH, KEPT, SPECK, body_of
 from borecheck.patients.motion import BREATHING, SAG, Motion
 from borecheck.patients.obstacle import Wishes, patient_obstacle
@@ -365,6 +366,10 @@ def test_something_nearer_does_not_make_what_was_assumed_clear():
         verdict = check(robot, empty.with_obstacles(obstacles), robot.home)
         assert verdict.verdict == "unknown"
         assert "beyond the scan" in verdict.reason
+        way = np.array([robot.home, robot.home + 1e-3])
+        path = check_path(robot, empty.with_obstacles(obstacles), way)
+        assert path.verdict == "unknown"
+        assert "beyond the scan" in path.reason
     assert check(robot, empty.with_obstacles([wall]), robot.home).clear
 
 
