@@ -50,7 +50,8 @@ def main() -> int:
 
 
 def _sections(text: str) -> dict[str, str]:
-    parts = re.split(r"(?=^## )", text, flags=re.MULTILINE)[1:]
+    # What a command printed may have headings too; a claim's begins with its number.
+    parts = re.split(r"(?=^## \d+\.\d)", text, flags=re.MULTILINE)[1:]
     return {part.split()[1]: part for part in parts}
 
 
