@@ -92,6 +92,8 @@ def run(args: argparse.Namespace) -> int:
 
     target = _three(args.target, "--target")
     asked = None if args.asked is None else _three(args.asked, "--asked")
+    if asked == target:
+        raise UsageError("--asked is the target itself: give where the needle goes in")
     found = directions(
         common.load(args),
         common.load_surroundings(args),
@@ -212,12 +214,16 @@ def _write(
     best: "tuple[Ranked, ...]",
     asked: list[float] | None,
 ) -> None:
-    if args.out is not None:
+    if args.out is not None and best:
         from borecheck.plans.plan_file import save_plans
 
-        if not best:
-            raise UsageError(f"--out {args.out}: there is no clear direction to write")
         save_plans(args.out, [row.plan for row in best])
+    elif args.out is not None:
+        from borecheck.commands.progress import say
+
+        say(
+            f"borecheck: --out {args.out} is not written: there is no plan that is clear"
+        )
     if args.picture is None:
         return
     import numpy as np

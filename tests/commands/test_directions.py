@@ -42,6 +42,15 @@ def test_status_tells_clear_none_and_undecided():
     assert main(outside) == 2
 
 
+def test_where_nothing_is_clear_the_result_is_written_and_no_plans(tmp_path, capsys):
+    plans, result = tmp_path / "p.csv", tmp_path / "r.json"
+    files = ["--out", str(plans), "--result", str(result)]
+    assert main([*COARSE, "--max-depth", "10mm", *files]) == 1
+    assert "is not written: no plan is clear" in capsys.readouterr().err
+    assert json.loads(result.read_text())["verdict"] == "none"
+    assert not plans.exists()
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -50,6 +59,7 @@ def test_status_tells_clear_none_and_undecided():
         (["--out", "plans.txt"], ".csv or .json"),
         (["--picture", "map.png"], ".svg"),
         (["--rank", "-1"], "--rank"),
+        (["--asked", "0,0,-50mm"], "the target itself"),
         (["--position", "XYZ"], "XYZ"),
         (["--max-obliquity", "-3deg"], "above 0"),
     ],
