@@ -221,9 +221,7 @@ def _write(
     elif args.out is not None:
         from borecheck.commands.progress import say
 
-        say(
-            f"borecheck: --out {args.out} is not written: there is no plan that is clear"
-        )
+        say(f"borecheck: --out {args.out} is not written: no plan is clear")
     if args.picture is None:
         return
     import numpy as np
