@@ -91,10 +91,10 @@ def test_each_clear_plan_has_its_own_and_the_result_says_which(done):
 
 def test_text_and_page_say_which(capsys, done, tmp_path):
     page = (done / "page.html").read_text()
-    assert f"<td>{done / 'clear_vertical.json'}</td>" in page
+    assert "<td>clear_vertical.json</td>" in page  # pages name no folders
     assert "<td>none: contact</td>" in page
     assert "<td>none: unknown</td>" in page
-    assert f"Its certificate is <code>{done / 'clear_left_side.json'}</code>" in page
+    assert "Its certificate is <code>clear_left_side.json</code>" in page
     status, text, _ = run(capsys, *check(tmp_path, CLEAR, FAR))
     assert status == 2
     rows = {
