@@ -162,7 +162,8 @@ def route(
         return Route(NONE_FOUND, UNKNOWN, reason, None, 0.0, edges.asked, seed)
     way.setflags(write=False)
     far = metric.length(way)
-    reason = f"{len(way) - 1} edges, {1e3 * far:.0f} mm at most for any point"
+    taken = "1 edge" if len(way) == 2 else f"{len(way) - 1} edges"
+    reason = f"{taken}, {1e3 * far:.0f} mm at most for any point"
     return Route(FOUND, CLEAR, reason, way, far, edges.asked, seed)
 
 
