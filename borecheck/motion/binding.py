@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from borecheck.errors import BorecheckError, UsageError
 from borecheck.motion.certificate import bodies_of, statement
 from borecheck.motion.certify import about_what
+from borecheck.motion.check import why_not_seen
 from borecheck.motion.needle_motion import needle_motion
 from borecheck.motion.problem import PathProblem, path_motion
 from borecheck.motion.robot_problem import path_problem
@@ -193,7 +194,9 @@ def expected(
         f"{robot.name} in {scene.name}, {motion}, margin {1e3 * margin:g} mm",
         statement(problem, points, about),
         meshes,
-        problem.doubt or _other_kinematics(robot, problem, points),
+        problem.doubt
+        or why_not_seen(robot, scene, points, margin, corridor)
+        or _other_kinematics(robot, problem, points),
         (*NOT_KNOWN, *taken),
     )
 

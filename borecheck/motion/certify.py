@@ -13,6 +13,7 @@ from borecheck.motion.certificate import (
     corridor_record,
     write_certificate,
 )
+from borecheck.motion.check import why_not_seen
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.samples import Proof, checked_waypoints
 from borecheck.motion.search import search
@@ -58,6 +59,9 @@ def write_path_certificate(
     outcome = search(problem, points)
     if turns is not None:
         outcome = held_back(outcome, turns, None)
+    unseen = why_not_seen(robot, scene, points, margin, corridor)
+    if unseen is not None:
+        raise UsageError(f"there is no certificate to write: {unseen}")
     proof = Proof(problem, points, outcome, corridor)
     write_certificate_of(proof, robot, scene, file, plan)
 

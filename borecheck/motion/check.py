@@ -44,6 +44,8 @@ from borecheck.robots.scene import Scene
 
 Array = NDArray[np.float64]
 
+_NO_NEAREST = "where a patient is nearest, and whether it was seen there, is not known"
+
 # Only these ask for the true distance, which is what the certificate bounds.
 CERTIFIABLE = ("exact", "two-sided")
 TOLERANCE = Tolerance()
@@ -105,11 +107,28 @@ def check_path(
 
 def _unless_assumed(scene: Scene, found: PathVerdict) -> PathVerdict:
     """The same without `clear` where the nearest obstacle was not seen."""
-    if found.least is None or not found.clear:
+    if not found.clear:
         return found
+    if found.least is None:
+        guessed = scene.with_assumed_alone
+        return in_doubt(found, _NO_NEAREST) if guessed else found
     name, triangle = found.least.names[1], int(found.least.closest.triangle_other)
     reason = scene.assumed_at(name, triangle)
     return found if reason is None else in_doubt(found, reason)
+
+
+def why_not_seen(
+    robot: Robot, scene: Scene, points: Array, margin: float, corridor: Corridor | None
+) -> str | None:
+    """Why a motion is not clear where part of a patient was not seen; None if it is.
+
+    A certificate speaks of surfaces as they are: which of them were assumed beyond a
+    scan, only the scene knows.
+    """
+    if not scene.with_assumed_alone:
+        return None
+    found = check_path(robot, scene, points, margin, corridor=corridor, long_way=True)
+    return None if found.clear else found.reason
 
 
 def link_of(robot: Robot) -> dict[str, str]:

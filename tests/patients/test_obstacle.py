@@ -1,14 +1,17 @@
 """The obstacle contains the skin, is not much larger, and stands where it should."""
 
 import json
+from dataclasses import replace
 
 import jsonschema
 import numpy as np
 import pytest
 
+from borecheck.api import certify, verify
 from borecheck.cli import main
 from borecheck.contact.check import check
 from borecheck.core.patient_frame import scanner_from_patient
+from borecheck.errors import UsageError
 from borecheck.exchange.itk_transform import transform_text
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
@@ -345,7 +348,7 @@ def test_the_picture_shows_seen_and_assumed_outlines(made, monkeypatch):
     assert light[(rows[0].min() + rows[0].max()) // 2]
 
 
-def test_something_nearer_does_not_make_what_was_assumed_clear():
+def test_something_nearer_does_not_make_what_was_assumed_clear(tmp_path):
     """Without the wall it is unknown; with it, no more is known of the patient."""
     robot, gantry = load_robot(ARM), load_scene("ct_gantry")
     empty = gantry.without_obstacles(gantry.obstacles)
@@ -370,6 +373,14 @@ def test_something_nearer_does_not_make_what_was_assumed_clear():
         path = check_path(robot, empty.with_obstacles(obstacles), way)
         assert path.verdict == "unknown"
         assert "beyond the scan" in path.reason
+        with pytest.raises(UsageError, match="beyond the scan"):
+            certify(robot, empty.with_obstacles(obstacles), way, tmp_path / "c.json")
+    seen = empty.with_obstacles([replace(assumed, assumed=None), wall])
+    file = certify(robot, seen, way, tmp_path / "c.json")
+    assert verify(file, robot, seen, waypoints=way).accepted
+    bound = verify(file, robot, empty.with_obstacles([assumed, wall]), waypoints=way)
+    assert not bound.accepted
+    assert "beyond the scan" in " ".join(bound.problems)
     assert check(robot, empty.with_obstacles([wall]), robot.home).clear
 
 
