@@ -11,6 +11,9 @@ from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
 
 if TYPE_CHECKING:
+    from numpy import float64
+    from numpy.typing import NDArray
+
     from borecheck.directions.direction_map import DirectionMap
     from borecheck.directions.ranking import Ranked
 
@@ -232,6 +235,18 @@ def _write(
     along = None if asked is None else found.target - np.array(asked)
     near = None if along is None else found.nearest_clear(along)
     unit = None if along is None else along / np.linalg.norm(along)
-    # names the picture's sides, nothing else
-    lies = args.position or "HFS"
-    write_whole(args.picture, direction_picture(found, best, unit, near, lies))
+    picture = direction_picture(found, best, unit, near, _lies(args))
+    write_whole(args.picture, picture)
+
+
+def _lies(args: argparse.Namespace) -> "NDArray[float64]":
+    """How the patient lies, R_scanner_ras (3, 3): what names the picture's sides."""
+    import numpy as np
+
+    from borecheck.core.patient_frame import scanner_from_patient
+    from borecheck.plans.patient_place import by_transform
+
+    if args.transform is None:
+        return scanner_from_patient("RAS", args.position or "HFS")
+    R_scanner_lps = by_transform(args.transform).T_scanner_lps[:3, :3]
+    return R_scanner_lps @ np.diag([-1.0, -1.0, 1.0])

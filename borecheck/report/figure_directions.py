@@ -67,7 +67,7 @@ def direction_picture(
     ranked: Sequence["Ranked"] = (),
     asked: Array | None = None,
     nearest: "NearestClear | None" = None,
-    position: str = "HFS",
+    R_scanner_ras: Array | None = None,
 ) -> str:
     """The map as a complete SVG file.
 
@@ -76,14 +76,16 @@ def direction_picture(
         ranked: Directions that are numbered in it.
         asked: A direction that is marked with a cross, (3,).
         nearest: The clear one nearest to it, where an arrow ends.
-        position: How the patient lies (DICOM), which names the sides.
+        R_scanner_ras: How the patient lies, which names the sides, (3, 3); head first
+            and supine by default.
     """
     scale = _scale(found)
     parts = [
         _cells(found, name, scale) for name in ("out", "undecided", "contact", "clear")
     ]
     parts.append(_rings(scale))
-    parts.append(_sides(position))
+    lies = scanner_from_patient("RAS") if R_scanner_ras is None else R_scanner_ras
+    parts.append(_sides(lies))
     for number, best in enumerate(ranked, start=1):
         parts.append(_numbered(_place(best.plan.direction[None], scale)[0], number))
     if asked is not None:
@@ -165,9 +167,8 @@ def _rings(scale: float) -> str:
     return "".join(parts)
 
 
-def _sides(position: str) -> str:
-    """Names of the patient's sides at the ends of the axes."""
-    R = scanner_from_patient("RAS", position)
+def _sides(R: Array) -> str:
+    """Names of the patient's sides at the ends of the axes, by R_scanner_ras."""
     names: dict[str, str] = {}
     for axis, word in ((0, "x"), (1, "y")):
         for sign in (1.0, -1.0):

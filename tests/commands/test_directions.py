@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from borecheck.cli import main
+from borecheck.core.patient_frame import scanner_from_patient
 from borecheck.plans.plan_file import read_plans
 
 MAP = ["directions", "zerobot", "ct_gantry", "--target", "0,0,-50mm"]
@@ -32,6 +33,17 @@ def test_files_of_a_map(tmp_path, capsys):
         == 0
     )
     assert "head (-x)" in picture.read_text()
+    lies = scanner_from_patient("LPS", "FFS").T  # a transform leads to the patient
+    numbers = " ".join(f"{x:g}" for x in [*lies.ravel(), 0.0, 0.0, 0.0])
+    (tmp_path / "t.tfm").write_text(
+        "#Insight Transform File V1.0\n#Transform 0\n"
+        f"Transform: AffineTransform_double_3_3\nParameters: {numbers}\n"
+        "FixedParameters: 0 0 0\n"
+    )
+    again = tmp_path / "again.svg"
+    turned = ["--transform", str(tmp_path / "t.tfm"), "--picture", str(again)]
+    assert main([*COARSE, "--rank", "0", *turned]) == 0
+    assert "head (-x)" in again.read_text()
 
 
 def test_status_tells_clear_none_and_undecided():
