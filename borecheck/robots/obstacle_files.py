@@ -150,7 +150,7 @@ def _mesh_obstacle(typed: FileText, role: str, T_scene_pose: Array) -> FileObsta
         doubt = FileDoubt(str(typed.path), guessed, unheard, implied, text)
     if doubt is not None and unheard is not None:
         said = (*said, f"{doubt.reason}; until then nothing is called clear")
-    far = _far_patient(placed) if role == "patient" else ()
+    far = far_patient(placed) if role == "patient" else ()
     lines = (*warnings, *said, *far, *found.warnings)
     obstacle = Obstacle(typed.path.stem, role, placed, str(typed.path), doubt)
     return FileObstacles((obstacle,), tuple(f"{typed.path}: {line}" for line in lines))
@@ -238,7 +238,7 @@ def _frame_warnings(typed: FileText, found: MeshFile) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _far_patient(mesh: TriangleMesh) -> tuple[str, ...]:
+def far_patient(mesh: TriangleMesh) -> tuple[str, ...]:
     """A line about a patient who lies far from the isocentre, the scene's origin."""
     nearest = np.clip(0.0, mesh.bounds[0], mesh.bounds[1])
     distance = float(np.linalg.norm(nearest))

@@ -274,7 +274,7 @@ def test_geometry_alone_fits_the_schema_too(series, capsys):
 
 def test_without_an_isocentre_nothing_is_clear(series, tmp_path, capsys):
     words = ["check", ARM, f"{ROBOTS / 'two_link.urdf'}@5,0,0", "--q", "0"]
-    near = ["--patient-ct", series, "--isocentre", "2,0,0"]
+    near = ["--patient-ct", series, "--isocentre", "3,0,0"]
     away = write_series(tmp_path / "a", block(), straight(8, first=(2e3, 0.0, 0.0)))
     status, out, _ = run(capsys, *words, "--patient-ct", away)
     assert status == 2
@@ -284,6 +284,7 @@ def test_without_an_isocentre_nothing_is_clear(series, tmp_path, capsys):
     assert document["verdict"] in ("clear", "unknown")
     assert any("beyond the scan" in line for line in document["not_modelled"])
     assert any(o["name"] == "s" for o in document["scene"]["obstacles"])
+    assert any("from the isocentre: is the pose" in w for w in document["warnings"])
 
 
 @pytest.mark.parametrize(

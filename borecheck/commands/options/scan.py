@@ -212,7 +212,7 @@ def _with_scan(args: argparse.Namespace, scene: "Scene", path: Path) -> "Scene":
     from borecheck.core.patient_frame import scanner_from_patient
     from borecheck.geometry.mesh_files.doubt import PlaceDoubt
     from borecheck.patients.obstacle import patient_obstacle
-    from borecheck.robots.obstacle_files import Assumed, Obstacle
+    from borecheck.robots.obstacle_files import Assumed, Obstacle, far_patient
 
     volume = scan_of(args, path)
     place = scan_place(args, volume)
@@ -227,7 +227,7 @@ def _with_scan(args: argparse.Namespace, scene: "Scene", path: Path) -> "Scene":
     name, missing = _name(path), made.not_modelled
     reason = "; ".join(place.doubts + volume.doubts)
     cut = f"{name} beyond the scan ({', '.join(c.where for c in made.cuts)})"
-    told = stated(made, place)
+    told = (*stated(made, place), *far_patient(made.mesh))
     obstacle = Obstacle(
         name,
         "patient",
