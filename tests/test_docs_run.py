@@ -32,7 +32,7 @@ LEFT_OUT = {
     "a workspace of ROS": 1,
     "a module of yours": 1,
     "the package, installed": 7,
-    "a scan of yours": 4,
+    "a scan of yours": 5,
 }
 
 
