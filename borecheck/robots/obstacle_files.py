@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.bodies.body import NOT_MODELLED, make_body
 from borecheck.bodies.spec import PREFIX, body_spec
 from borecheck.core.units import LENGTH_UNITS, parse_pose
 from borecheck.errors import MeshError, UnknownNameError, UrdfError, UsageError
@@ -130,6 +129,8 @@ def read_obstacle(text: str, role: str, roots: Roots = NO_ROOTS) -> FileObstacle
 def _body(text: str, role: str) -> FileObstacles:
     """A patient's body by sex, height and body mass index, `body:...[@pose]`."""
     words, at, pose = text.partition("@")
+    from borecheck.bodies.body import NOT_MODELLED, make_body  # seldom needed
+
     spec = body_spec(words)
     T = parse_pose(pose) if at else np.eye(4)
     placed = place_mesh(T, make_body(spec).mesh)
