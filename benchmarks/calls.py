@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 import borecheck as bc
+from benchmarks.figure import Figure
 from benchmarks.peers import Coal, coal_request
 from benchmarks.poses import POSES, SCENES, BenchScene
 from benchmarks.processes import size, start
-from benchmarks.results import Figure
 from benchmarks.run import unit_of, where
 from benchmarks.timing import REPEATS, paired
 from borecheck.geometry.tree.mesh_tree import MeshTree

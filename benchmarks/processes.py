@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 import borecheck as bc
+from benchmarks.figure import Figure
 from benchmarks.growth import bytes_of
-from benchmarks.results import Figure
 from benchmarks.scenes import gantry_mesh
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.tree.mesh_tree import MeshTree

@@ -1,7 +1,9 @@
 """Studies say at once what they do."""
 
+import ast
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import pytest
 
@@ -21,6 +23,18 @@ def test_every_study_has_a_line():
     for line in told.values():
         assert len(line) > 20
         assert line.endswith((".", "?", ":")) or line[-1].isalnum()
+
+
+@pytest.mark.parametrize("folder", ["benchmarks", "studies"])
+def test_what_they_import_of_each_other_is_there(folder):
+    """What is ignored by version control is there only for who wrote it."""
+    files = [*(PROJECT / folder).rglob("*.py")]
+    trees = [ast.parse(file.read_text()) for file in files]
+    nodes = [node for tree in trees for node in ast.walk(tree)]
+    named = {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+    own = sorted(name for name in named if name and name.startswith(f"{folder}."))
+    assert len(own) > 5
+    assert [name for name in own if find_spec(name) is None] == []
 
 
 @pytest.mark.parametrize(("more", "said"), [((), True), (("--help",), False)])
