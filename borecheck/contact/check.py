@@ -24,6 +24,7 @@ from borecheck.contact.examine import examine_itself, examine_obstacles
 from borecheck.contact.margin import NO_MARGIN, SECURITY
 from borecheck.contact.settings import Settings, settings
 from borecheck.contact.together import Together, is_usual
+from borecheck.contact.unseen import why_unseen_at
 from borecheck.contact.verdict import (
     CLEAR,
     CONTACT,
@@ -184,11 +185,12 @@ def _answers(pose: _Pose, closest: Closest | None) -> tuple[Answer, Answer]:
         obstacles = replace(
             obstacles, verdict=UNKNOWN, reason=f"{doubt}; {obstacles.reason}"
         )
-    assumed = None
     if obstacles.verdict == CLEAR and closest is not None:
-        assumed = why_assumed(pose.scene, closest) or _assumed_elsewhere(pose, closest)
-    if assumed is not None:
-        obstacles = replace(obstacles, verdict=UNKNOWN, reason=assumed)
+        unseen = why_unseen_at(
+            robot, pose.scene, pose.placements, pose.corridor, closest
+        )
+        if unseen is not None:
+            obstacles = replace(obstacles, verdict=UNKNOWN, reason=unseen)
     link_of = {part.mesh.name: part.link for part in robot.parts}
     # parts have numbers where a link has several; an obstacle may be called like one
     around = {(link_of[part], obstacle) for part, obstacle in obstacles.pairs}
@@ -197,31 +199,6 @@ def _answers(pose: _Pose, closest: Closest | None) -> tuple[Answer, Answer]:
         replace(obstacles, pairs=tuple(sorted(around))),
         replace(itself, pairs=tuple(sorted(within))),
     )
-
-
-def why_assumed(scene: Scene, closest: Closest) -> str | None:
-    """Why the nearest place proves nothing: nobody has seen the obstacle there."""
-    reason = scene.assumed_at(closest.obstacle, closest.triangles[1])
-    if reason is None:
-        return None
-    return (
-        f"{closest.link} is nearest to {closest.obstacle}, "
-        f"{1e3 * closest.distance:.1f} mm, where that is assumed, not seen: {reason}"
-    )
-
-
-def _assumed_elsewhere(pose: _Pose, closest: Closest) -> str | None:
-    """As `why_assumed`, of obstacles that another one is nearer than.
-
-    Something else beside the robot does not show where a patient ends.
-    """
-    for alone in pose.scene.with_assumed_alone:
-        if alone.obstacles[0].name == closest.obstacle:
-            continue
-        found = check_with(pose.robot, alone, pose.q, pose.chosen, pose.corridor)
-        if found.obstacles.verdict != CLEAR:
-            return found.obstacles.reason
-    return None
 
 
 def _asked_again(

@@ -16,12 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 from borecheck.errors import BorecheckError, UsageError
 from borecheck.motion.certificate import bodies_of, statement
 from borecheck.motion.certify import about_what
-from borecheck.motion.check import why_not_seen
 from borecheck.motion.needle_motion import needle_motion
 from borecheck.motion.problem import PathProblem, path_motion
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.samples import checked_waypoints
+from borecheck.motion.search import search
 from borecheck.motion.turns import open_turns
+from borecheck.motion.unseen import without_unseen
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
 from borecheck.plans.plan_file import given_plans
@@ -195,10 +196,22 @@ def expected(
         statement(problem, points, about),
         meshes,
         problem.doubt
-        or why_not_seen(robot, scene, points, margin, corridor)
+        or _unseen(scene, problem, points)
         or _other_kinematics(robot, problem, points),
         (*NOT_KNOWN, *taken),
     )
+
+
+def _unseen(scene: Scene, problem: PathProblem, points: Array) -> str | None:
+    """Why the motion is not clear where part of a patient was not seen, if it is not.
+
+    A certificate speaks of surfaces as they are: which of them were assumed beyond a
+    scan, only the scene knows.
+    """
+    if not scene.unseen:
+        return None
+    found = without_unseen(scene, problem, points, search(problem, points))
+    return None if found.clear else found.reason
 
 
 def _other_kinematics(robot: Robot, problem: PathProblem, points: Array) -> str | None:

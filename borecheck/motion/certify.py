@@ -13,11 +13,11 @@ from borecheck.motion.certificate import (
     corridor_record,
     write_certificate,
 )
-from borecheck.motion.check import why_not_seen
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.samples import Proof, checked_waypoints
 from borecheck.motion.search import search
 from borecheck.motion.turns import held_back, open_turns
+from borecheck.motion.unseen import without_unseen
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
@@ -59,9 +59,7 @@ def write_path_certificate(
     outcome = search(problem, points)
     if turns is not None:
         outcome = held_back(outcome, turns, None)
-    unseen = why_not_seen(robot, scene, points, margin, corridor)
-    if unseen is not None:
-        raise UsageError(f"there is no certificate to write: {unseen}")
+    outcome = without_unseen(scene, problem, points, outcome)
     proof = Proof(problem, points, outcome, corridor)
     write_certificate_of(proof, robot, scene, file, plan)
 

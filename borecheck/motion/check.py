@@ -10,10 +10,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from borecheck.contact.check import why_assumed
 from borecheck.contact.margin import OFFSET
 from borecheck.contact.settings import Settings
-from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, Answer, Closest, Verdict
+from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, Answer, Verdict
 from borecheck.motion.halves import (
     about_itself,
     about_obstacles,
@@ -23,7 +22,7 @@ from borecheck.motion.halves import (
     without_itself,
 )
 from borecheck.motion.least_clearance import Tolerance, least_clearance
-from borecheck.motion.outcome import PathVerdict, in_doubt
+from borecheck.motion.outcome import PathVerdict
 from borecheck.motion.problem import PathProblem
 from borecheck.motion.robot_problem import left_out, path_problem
 from borecheck.motion.samples import (
@@ -37,14 +36,13 @@ from borecheck.motion.samples import (
 )
 from borecheck.motion.search import search
 from borecheck.motion.turns import OpenTurns, held_back, open_turns
+from borecheck.motion.unseen import without_unseen
 from borecheck.plans.corridor import Corridor
 from borecheck.robots.given import Given, configurations, length, refuse_others
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Scene
 
 Array = NDArray[np.float64]
-
-_NO_NEAREST = "where a patient is nearest, and whether it was seen there, is not known"
 
 # Only these ask for the true distance, which is what the certificate bounds.
 CERTIFIABLE = ("exact", "two-sided")
@@ -87,48 +85,29 @@ def check_path(
     turns = None if long_way else open_turns(robot.model, points)
     if turns is not None:
         return held_back(found, turns, _touched(problem, points, turns, found))
+    proof = Proof(problem, points, found, corridor)
+    asked = tolerance if clearance else None
+    return _answered(scene, proof, link_of(robot), asked)
+
+
+def _answered(
+    scene: Scene,
+    proof: Proof,
+    links: Mapping[str, str],
+    tolerance: Tolerance | None,
+    instants: Sequence[float] = (),
+) -> PathVerdict:
+    """What a search says of obstacles and robot, and the least clearance if asked."""
+    problem, points, found = proof.problem, proof.waypoints, proof.outcome
     around, own = searched(problem, points, found)
-    obstacles, itself = answers_of(problem, around, own, link_of(robot))
-    found = replace(found, obstacles=obstacles, itself=itself)
-    if not clearance and not any(o.assumed for o in scene.obstacles):
-        return found
-    asked = problem if own is None or own.clear else without_itself(problem)
-    least = least_clearance(asked, points, around, tolerance)
-    found = _unless_assumed(scene, replace(found, least=least))
-    for alone in scene.with_assumed_alone if len(scene.obstacles) > 1 else ():
-        # that something else is nearer does not show where a patient ends
-        if found.clear:
-            near = check_path(
-                robot, alone, points, margin, corridor=corridor, long_way=long_way
-            )
-            found = found if near.clear else in_doubt(found, near.reason)
-    return found
-
-
-def _unless_assumed(scene: Scene, found: PathVerdict) -> PathVerdict:
-    """The same without `clear` where the nearest obstacle was not seen."""
-    if not found.clear:
-        return found
-    if found.least is None:
-        guessed = scene.with_assumed_alone
-        return in_doubt(found, _NO_NEAREST) if guessed else found
-    name, triangle = found.least.names[1], int(found.least.closest.triangle_other)
-    reason = scene.assumed_at(name, triangle)
-    return found if reason is None else in_doubt(found, reason)
-
-
-def why_not_seen(
-    robot: Robot, scene: Scene, points: Array, margin: float, corridor: Corridor | None
-) -> str | None:
-    """Why a motion is not clear where part of a patient was not seen; None if it is.
-
-    A certificate speaks of surfaces as they are: which of them were assumed beyond a
-    scan, only the scene knows.
-    """
-    if not scene.with_assumed_alone:
-        return None
-    found = check_path(robot, scene, points, margin, corridor=corridor, long_way=True)
-    return None if found.clear else found.reason
+    if tolerance is not None:
+        asked = problem if own is None or own.clear else without_itself(problem)
+        least = least_clearance(asked, points, around, tolerance, instants)
+        around = replace(around, least=least)
+    around = without_unseen(scene, problem, points, around)
+    obstacles, itself = answers_of(problem, around, own, links)
+    whole = around if own is None else replace(found, least=around.least)
+    return replace(whole, obstacles=obstacles, itself=itself)
 
 
 def link_of(robot: Robot) -> dict[str, str]:
@@ -206,28 +185,15 @@ def check_motion(
     if seen.verdict == CONTACT and turns is not None and not long_way:
         return seen
     if seen.verdict == CONTACT:
-        alone = _around(problem, points, seen, tolerance, link_of(robot))
+        alone = _around(problem, points, scene, seen, tolerance, link_of(robot))
         return _nearest(scene, alone)
     proof = Proof(problem, points, search(problem, points), corridor)
     if turns is not None and not long_way:
         found = held_back(proof.outcome, turns, None)
         return _certified(replace(proof, outcome=found), seen)
-    return _nearest(scene, _measured(proof, seen, tolerance, link_of(robot)))
-
-
-def _measured(
-    proof: Proof, seen: MotionVerdict, tolerance: Tolerance, links: dict[str, str]
-) -> MotionVerdict:
-    """What a proof says of obstacles and robot, with the certified least clearance."""
-    problem, points = proof.problem, proof.waypoints
-    around, own = searched(problem, points, proof.outcome)
-    obstacles, itself = answers_of(problem, around, own, links)
-    asked = problem if own is None or own.clear else without_itself(problem)
-    least = least_clearance(
-        asked, points, around, tolerance, [seen.fractions[seen.worst]]
-    )
-    found = replace(proof.outcome, least=least, obstacles=obstacles, itself=itself)
-    return _certified(replace(proof, outcome=found), seen)
+    first = [seen.fractions[seen.worst]]
+    found = _answered(scene, proof, link_of(robot), tolerance, first)
+    return _nearest(scene, _certified(replace(proof, outcome=found), seen))
 
 
 def _certified(proof: Proof, seen: MotionVerdict) -> MotionVerdict:
@@ -269,6 +235,7 @@ def _both(
 def _around(
     problem: PathProblem,
     points: Array,
+    scene: Scene,
     seen: MotionVerdict,
     tolerance: Tolerance,
     link_of: Mapping[str, str],
@@ -278,6 +245,7 @@ def _around(
     found = search(around, points)
     first = [seen.fractions[seen.worst]]
     least = least_clearance(around, points, found, tolerance, first)
+    found = without_unseen(scene, around, points, replace(found, least=least))
     proven = about_obstacles(found, link_of)
     obstacles = _both(seen.obstacles, proven, seen.poses, "obstacles")
     return replace(seen, least=least, obstacles=obstacles)
@@ -319,25 +287,5 @@ def _nearest(scene: Scene, motion: MotionVerdict) -> MotionVerdict:
     """The motion's verdict with the nearest points of its least clearance."""
     if motion.least is None:
         return motion
-    found, (link, name) = motion.least.closest, motion.least.names
-    closest = Closest(
-        link=link,
-        obstacle=name,
-        role=scene.obstacles[motion.least.pair[1]].role,
-        distance=found.lower,
-        upper=motion.least.upper,
-        points=(_point(found.point_self), _point(found.point_other)),
-        triangles=(found.triangle_self, found.triangle_other),
-    )
-    motion = replace(motion, closest=closest)
-    reason = why_assumed(scene, closest)
-    if reason is None or motion.verdict != CLEAR:
-        return motion
-    obstacles = replace(motion.obstacles, verdict=UNKNOWN, reason=reason)
-    return replace(
-        motion, verdict=UNKNOWN, reason=reason, certified=False, obstacles=obstacles
-    )
-
-
-def _point(values: Array) -> tuple[float, float, float]:
-    return float(values[0]), float(values[1]), float(values[2])
+    role = scene.obstacles[motion.least.pair[1]].role
+    return replace(motion, closest=motion.least.closest_to(role))

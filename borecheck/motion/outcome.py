@@ -6,7 +6,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.contact.verdict import CLEAR, CONTACT, UNKNOWN, Answer, AnyVerdict
+from borecheck.contact.verdict import (
+    CLEAR,
+    CONTACT,
+    UNKNOWN,
+    Answer,
+    AnyVerdict,
+    Closest,
+)
 from borecheck.geometry.tree.mesh_tree import NearestPoints
 from borecheck.motion.halving import CERTIFIED, TOUCHED, UNDECIDED
 
@@ -62,6 +69,24 @@ class LeastClearance:
     names: Names
     closest: NearestPoints
     within_tolerance: bool
+
+    def closest_to(self, role: str) -> Closest:
+        """The nearest points, of an obstacle in that role."""
+        link, obstacle = self.names
+        found = self.closest
+        return Closest(
+            link=link,
+            obstacle=obstacle,
+            role=role,
+            distance=found.lower,
+            upper=self.upper,
+            points=(_point(found.point_self), _point(found.point_other)),
+            triangles=(int(found.triangle_self), int(found.triangle_other)),
+        )
+
+
+def _point(values: Array) -> tuple[float, float, float]:
+    return float(values[0]), float(values[1]), float(values[2])
 
 
 @dataclass(frozen=True, repr=False)

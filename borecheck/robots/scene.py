@@ -89,29 +89,15 @@ class Scene:
         return "; ".join(reasons) or None
 
     @cached_property
-    def with_assumed_alone(self) -> "tuple[Scene, ...]":
-        """For each obstacle of which something was assumed, the scene of it alone."""
-        guessed = [o for o in self.obstacles if o.assumed is not None]
-        return tuple(replace(self, obstacles=(o,)) for o in guessed)
+    def unseen(self) -> dict[int, Obstacle]:
+        """Obstacles of which something was assumed, by their place among all."""
+        return {k: o for k, o in enumerate(self.obstacles) if o.assumed is not None}
 
     def without_obstacles(self, fewer: Iterable[Obstacle]) -> "Scene":
         """The scene without these obstacles."""
         gone = {id(obstacle) for obstacle in fewer}
         left = tuple(o for o in self.obstacles if id(o) not in gone)
         return replace(self, obstacles=left)
-
-    def assumed_at(self, name: str, triangle: int) -> str | None:
-        """What was assumed where an obstacle is nearest; None if it was seen.
-
-        Args:
-            name: The obstacle.
-            triangle: Which of its triangles is nearest.
-        """
-        for obstacle in self.obstacles:
-            if obstacle.name == name and obstacle.assumed is not None:
-                known = obstacle.assumed
-                return known.reason if known.triangles[triangle] else None
-        return None
 
     def with_obstacles(
         self,

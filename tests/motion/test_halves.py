@@ -161,7 +161,6 @@ NEAREST = SimpleNamespace(
 )  # fmt: skip
 LEAST = LeastClearance(0.009, 0.021, 0.5, (0, 1), ("a", "wall"), NEAREST, True)
 SCENE = SimpleNamespace(
-    assumed_at=lambda name, triangle: None,
     obstacles=[SimpleNamespace(role=r) for r in ("scanner", "couch")],
 )
 

@@ -10,13 +10,14 @@ import pytest
 from borecheck.api import certify, verify
 from borecheck.cli import main
 from borecheck.contact.check import check
+from borecheck.contact.settings import settings
 from borecheck.core.patient_frame import scanner_from_patient
 from borecheck.errors import UsageError
 from borecheck.exchange.itk_transform import transform_text
 from borecheck.geometry.mesh.primitives import box
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.reading import read_mesh
-from borecheck.motion.check import check_path
+from borecheck.motion.check import check_motion, check_path
 from borecheck.patients.body import COUCH, KEPT, SPECK, body_of
 from borecheck.patients.motion import BREATHING, SAG, Motion
 from borecheck.patients.obstacle import Wishes, patient_obstacle
@@ -374,6 +375,14 @@ def test_something_nearer_does_not_make_what_was_assumed_clear(tmp_path):
         path = check_path(robot, empty.with_obstacles(obstacles), way)
         assert path.verdict == "unknown"
         assert "beyond the scan" in path.reason
+        assert "beyond the scan" in path.obstacles.reason
+        quick = check_path(robot, empty.with_obstacles(obstacles), way, clearance=False)
+        assert (quick.verdict, quick.obstacles.verdict) == ("unknown", "unknown")
+        motion = check_motion(
+            robot, empty.with_obstacles(obstacles), way, settings("exact", "bvh", 0.0)
+        )
+        assert (motion.verdict, motion.obstacles.verdict) == ("unknown", "unknown")
+        assert motion.proof.outcome.unknown  # no certificate is written from it
         with pytest.raises(UsageError, match="beyond the scan"):
             certify(robot, empty.with_obstacles(obstacles), way, tmp_path / "c.json")
     seen = empty.with_obstacles([replace(assumed, assumed=None), wall])
