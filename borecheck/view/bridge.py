@@ -124,24 +124,27 @@ class Bridge:
         T = transform_of(message)
         with self._lock:
             self._wishes[message.name] = (T, message.seconds)
-        self._wish.set()
+            self._wish.set()
 
     def _answer(self) -> None:
         last = 0.0
+        takers = {TABLE: self._tracked.table, NEEDLE: self._tracked.needle}
         while True:
             self._wish.wait()
-            self._wish.clear()
+            # cleared with what it told of: awake with nothing to take, the worker
+            # would judge the pose before one that was refused
+            with self._lock:
+                self._wish.clear()
+                wishes, self._wishes = self._wishes, {}
             if self._stopped:
                 return
-            with self._lock:
-                wishes, self._wishes = self._wishes, {}
             try:
-                for name in (TABLE, NEEDLE):
-                    if name in wishes:
-                        T, last = wishes[name]
-                        take = self._tracked.table if name == TABLE else None
-                        answer = (take or self._tracked.needle)(T)
-                        self._send(answer, last)
+                for name, take in takers.items():
+                    if name not in wishes:
+                        continue
+                    T, last = wishes[name]
+                    answer = take(T)
+                    self._send(answer, last)
                 if answer.shown is not None and not self._wish.wait(REST):
                     self._send(self._tracked.judged(), last)
             except BorecheckError as error:
