@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 
 FRAMES = ("scanner", "RAS", "LPS")
 
+# Right is minus left, anterior minus posterior; it is its own inverse.
+LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
+
 _X, _Y, _Z = np.eye(3)
 
 # Where anterior and superior point in the scanner's frame. DICOM PS3.3 C.7.3.1.1.2:
@@ -58,4 +61,4 @@ def scanner_from_patient(frame: str, position: str = "HFS") -> Array:
     anterior, superior = _ANTERIOR_SUPERIOR[position]
     right = np.cross(anterior, superior)
     R = np.column_stack([right, anterior, superior])
-    return R if frame == "RAS" else R @ np.diag([-1.0, -1.0, 1.0])
+    return R if frame == "RAS" else R @ LPS_FROM_RAS

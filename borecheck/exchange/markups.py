@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.patient_frame import LPS_FROM_RAS
 from borecheck.core.small_files import read_at_most
 from borecheck.core.units import LENGTH_UNITS
 from borecheck.errors import InputError
@@ -23,8 +24,6 @@ Array = NDArray[np.float64]
 MAX_BYTES = 20_000_000  # a hundred thousand points
 # Kinds whose points are points; of others (ROI, Plane) they mean something else.
 KINDS = ("Line", "Fiducial")
-
-LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
 
 SCHEMA = (
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/"

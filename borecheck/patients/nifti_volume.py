@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.patient_frame import LPS_FROM_RAS
 from borecheck.patients.libraries import library
 from borecheck.patients.raw_slices import raw_slices
 from borecheck.patients.values import kind_of
@@ -16,7 +17,6 @@ from borecheck.patients.volume import Plane, Volume, VolumeError, steps_told
 
 Array = NDArray[np.float64]
 
-_LPS_RAS = np.diag([-1.0, -1.0, 1.0])
 _MM = {"mm": 1.0, "meter": 1000.0, "micron": 0.001, "unknown": 1.0}
 
 # Two affines of one file may differ by so much at its corners, [mm].
@@ -69,7 +69,8 @@ def _stated(
     affine = _affine(path, header, shape)
     unit = header.get_xyzt_units()[0]
     scale = _MM.get(unit, 1.0)
-    M, origin = _LPS_RAS @ affine[:3, :3] * scale, _LPS_RAS @ affine[:3, 3] * scale
+    M = LPS_FROM_RAS @ affine[:3, :3] * scale
+    origin = LPS_FROM_RAS @ affine[:3, 3] * scale
     planes = _Planes(path, offset, shape[:3], header.get_data_dtype(), _slope(header))
     usual = "states no unit of length: NIfTI's usual one, mm, is taken"
     return M, origin, planes, (usual,) if unit == "unknown" else ()

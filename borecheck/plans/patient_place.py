@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from borecheck.core import se3
 from borecheck.core.patient_frame import scanner_from_patient
 from borecheck.errors import UsageError
 from borecheck.exchange.itk_transform import read_transform
@@ -84,12 +85,5 @@ def by_transform(file: str | Path) -> PatientPlace:
     text = str(file)
     inverse = text.endswith(INVERSE) and not Path(text).exists()
     T_lps_scanner = read_transform(text.removesuffix(INVERSE) if inverse else text)
-    T = T_lps_scanner if inverse else _inverse(T_lps_scanner)
+    T = T_lps_scanner if inverse else se3.inverse(T_lps_scanner)
     return PatientPlace(T, f"transform {text}")
-
-
-def _inverse(T: Array) -> Array:
-    back = np.eye(4)
-    back[:3, :3] = T[:3, :3].T
-    back[:3, 3] = -T[:3, :3].T @ T[:3, 3]
-    return back

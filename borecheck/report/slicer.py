@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.se3 import inverse
 from borecheck.exchange.itk_transform import transform_text
 from borecheck.exchange.markups import markup_json
 from borecheck.exchange.slicer_stl import stl_for_slicer
@@ -50,7 +51,8 @@ def slicer_files(
     """
     files: dict[str, str | bytes] = {
         VERDICT_FILE: _words(document, place),
-        "scanner_from_patient.tfm": transform_text(_lps_from_scanner(place)),
+        # a .tfm goes from the fixed space, the scanner's, to the patient's
+        "scanner_from_patient.tfm": transform_text(inverse(place.T_scanner_lps)),
     }
     for obstacle in scene.obstacles:
         name = _free(f"{obstacle.role}_{obstacle.name}", ".stl", files)
@@ -62,14 +64,6 @@ def slicer_files(
             suffix = ".stl" if isinstance(content, bytes) else ".mrk.json"
             files[_free(f"{stem}_{whose}", suffix, files)] = content
     return files
-
-
-def _lps_from_scanner(place: "PatientPlace") -> Array:
-    """What a .tfm holds: from the fixed space, the scanner's, to the patient's."""
-    R, t = place.T_scanner_lps[:3, :3], place.T_scanner_lps[:3, 3]
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = R.T, -R.T @ t
-    return T
 
 
 def _of_one(

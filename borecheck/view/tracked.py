@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from borecheck.core.patient_frame import LPS_FROM_RAS
+from borecheck.core.se3 import inverse
 from borecheck.exchange.igtl import MAX_NAME, Message, string, transform
 from borecheck.geometry.triangles.placing import place_mesh
 from borecheck.plans.patient_place import PatientPlace
@@ -22,7 +24,6 @@ NEEDLE, TABLE, VERDICT = "Needle", "Table", "Verdict"
 
 # What lies on the table.
 _CARRIED = ("couch", "patient")
-_RAS_LPS = np.diag([-1.0, -1.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +59,9 @@ class Tracked:
         self._axis = self._inverse.needle.axis
         self._T_scanner_world = np.eye(4)
         if place is not None:
-            self._T_scanner_world = place.T_scanner_lps @ _RAS_LPS
-        self._T_world_scanner = np.linalg.inv(self._T_scanner_world)
+            self._T_scanner_world = place.T_scanner_lps.copy()
+            self._T_scanner_world[:3, :3] @= LPS_FROM_RAS
+        self._T_world_scanner = inverse(self._T_scanner_world)
 
     def needle(self, T_world_needle: Array) -> Answer:
         """The robot with its needle there, at a glance."""
