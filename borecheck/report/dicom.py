@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.exchange.slicer_stl import stl_for_slicer
 from borecheck.geometry.mesh.primitives import cylinder
+from borecheck.geometry.mesh_files.slicer_stl import stl_for_slicer
 from borecheck.patients.dicom_out import (
     Reference,
     encapsulated_stl,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from borecheck.core.se3 import inverse
 from borecheck.exchange.itk_transform import transform_text
 from borecheck.exchange.markups import markup_json
-from borecheck.exchange.slicer_stl import stl_for_slicer
+from borecheck.geometry.mesh_files.slicer_stl import stl_for_slicer
 from borecheck.report.touching import telling_pose
 
 if TYPE_CHECKING:

@@ -16,9 +16,10 @@ from os import PathLike
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from borecheck.core.whole_files import write_whole
-from borecheck.errors import InputError, MeshError
+from borecheck.errors import GeometryError, InputError, MeshError
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.mesh_files.frames import stated_in
 from borecheck.geometry.mesh_files.numbers import number, shown
@@ -27,6 +28,7 @@ from borecheck.geometry.mesh_files.text_ends import trimmed, without_mark
 
 File = str | PathLike[str]
 
+OURS = b"borecheck"  # what a file that we wrote begins with
 _HEADER = 80
 _LOOKED_AT = 1024  # bytes that tell text from binary
 # Lines of comment may stand before the first solid.
@@ -72,16 +74,30 @@ def stl_bytes(path: Path, mesh: TriangleMesh) -> bytes:
     Raises:
         MeshError: A coordinate does not fit float32; it names the file that was meant.
     """
-    records = np.zeros(len(mesh.triangles), dtype=_RECORD)
+    try:
+        return binary_stl(mesh.corners, OURS + b", metres")
+    except GeometryError as error:
+        raise MeshError(path, str(error)) from error
+
+
+def binary_stl(corners: NDArray[np.float64], header: bytes) -> bytes:
+    """Triangles as binary STL, rounded to float32.
+
+    Args:
+        corners: (n, 3, 3), in the file's unit.
+        header: What the file says of itself, at most 80 bytes.
+
+    Raises:
+        GeometryError: A coordinate does not fit float32.
+    """
+    records = np.zeros(len(corners), dtype=_RECORD)
     with np.errstate(over="ignore"):
-        corners = mesh.corners.astype("<f4")
-    if not np.isfinite(corners).all():
-        raise MeshError(path, "a coordinate is too large for STL (float32)")
-    records["corners"] = corners
-    records["normal"] = _unit_normals(mesh)
+        records["corners"] = corners
+    if not np.isfinite(records["corners"]).all():
+        raise GeometryError("a coordinate is too large for STL (float32)")
+    records["normal"] = _unit_normals(corners)
     count = np.array(len(records), dtype="<u4").tobytes()
-    header = b"borecheck, metres".ljust(_HEADER)
-    return header + count + records.tobytes()
+    return header.ljust(_HEADER) + count + records.tobytes()
 
 
 def _is_binary(data: bytes) -> bool:
@@ -174,15 +190,13 @@ def _words(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
             yield at, words
 
 
-def _soup(corners: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> RawMesh:
+def _soup(corners: NDArray[np.float64]) -> RawMesh:
     vertices = corners.reshape(-1, 3)
     return RawMesh(vertices, np.arange(len(vertices)).reshape(-1, 3))
 
 
-def _unit_normals(
-    mesh: TriangleMesh,
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    a, b, c = (mesh.corners[:, k] for k in range(3))
+def _unit_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    a, b, c = (corners[:, k] for k in range(3))
     normals = np.cross(b - a, c - a)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
