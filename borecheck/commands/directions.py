@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from borecheck.commands import common
-from borecheck.commands.options.patient_place import add_patient_place
+from borecheck.commands.options.patient_place import add_patient_place, stated
 from borecheck.commands.output import emit, refuse_outputs
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
@@ -119,6 +119,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse(args: argparse.Namespace) -> None:
     refuse_outputs(args, "out", "picture", "result")
+    stated(args)  # refused before any work is done
     if args.rank < 0:
         raise UsageError(f"--rank {args.rank} is not 0 or more")
     if args.out is not None and args.out.suffix.lower() not in (".csv", ".json"):
@@ -239,14 +240,9 @@ def _write(
     write_whole(args.picture, picture)
 
 
-def _lies(args: argparse.Namespace) -> "NDArray[float64]":
-    """How the patient lies, R_scanner_ras (3, 3): what names the picture's sides."""
-    import numpy as np
+def _lies(args: argparse.Namespace) -> "NDArray[float64] | None":
+    """How the patient lies, R_scanner_ras (3, 3), where it is said."""
+    from borecheck.core.patient_frame import LPS_FROM_RAS
 
-    from borecheck.core.patient_frame import scanner_from_patient
-    from borecheck.plans.patient_place import by_transform
-
-    if args.transform is None:
-        return scanner_from_patient("RAS", args.position or "HFS")
-    R_scanner_lps = by_transform(args.transform).T_scanner_lps[:3, :3]
-    return R_scanner_lps @ np.diag([-1.0, -1.0, 1.0])
+    said = stated(args)
+    return said.place.T_scanner_lps[:3, :3] @ LPS_FROM_RAS if said.turned else None

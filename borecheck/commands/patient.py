@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from borecheck.commands.options.patient_place import add_patient_place
 from borecheck.commands.options.scan import (
+    Shown,
     add_shape,
+    notes_of,
     scan_of,
     scan_place,
-    shown,
-    stated,
     wishes_at,
 )
 from borecheck.commands.output import emit, refuse_outputs
@@ -134,7 +134,7 @@ def _judged(volume: "Volume") -> dict[str, Any]:
     """The scan's geometry and what is at its edges; every voxel is read."""
     from borecheck.patients.edges import cuts_of, tissue
 
-    progress = shown()
+    progress = Shown()
 
     def masks() -> "Iterator[NDArray[np.bool_]]":
         for k, plane in enumerate(volume.planes()):
@@ -163,7 +163,7 @@ def _made(args: argparse.Namespace, volume: "Volume") -> dict[str, Any]:
     place = scan_place(args, volume)
     wishes = wishes_at(args, place)
     around = _around(args.scanner)
-    made = patient_obstacle(volume, place.T_frame_lps, wishes, shown())
+    made = patient_obstacle(volume, place.T_frame_lps, wishes, Shown())
     if args.out is not None:
         write_stl(args.out, made.mesh)
     if args.picture is not None:
@@ -175,7 +175,7 @@ def _made(args: argparse.Namespace, volume: "Volume") -> dict[str, Any]:
             "known": not place.doubts,
             "T_frame_lps": place.T_frame_lps.tolist(),
         },
-        "notes": list(stated(made, place)),
+        "notes": list(notes_of(made, place)),
     }
 
 

@@ -70,7 +70,7 @@ def at_isocentre(
         raise UsageError("the isocentre is not three finite numbers")
     T = np.eye(4)
     T[:3, :3] = scanner_from_patient("LPS", position)
-    T[:3, 3] = -T[:3, :3] @ centre
+    T[:3, 3] -= T[:3, :3] @ centre
     words = ",".join(f"{x:g}" for x in centre)
     said = stated or f"isocentre {words} m in LPS"
     return PatientPlace(T, f"{said}, {position}")

@@ -1,6 +1,7 @@
 """`--isocentre`, `--position`, `--transform`: where the patient lies."""
 
 import argparse
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +44,58 @@ def add_patient_place(parser: argparse.ArgumentParser) -> None:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class Stated:
+    """What is said of where the patient's coordinates lie; parts may be unsaid.
+
+    Attributes:
+        place: Turned and moved as far as it is said.
+        turned: Whether it is said how the patient lies.
+        moved: Whether it is said where the isocentre is.
+        notes: How it was said.
+    """
+
+    place: "PatientPlace"
+    turned: bool
+    moved: bool
+    notes: tuple[str, ...]
+
+
+def stated(args: argparse.Namespace, scanned: str | None = None) -> Stated:
+    """What the options say, and what a scan says of how its patient lies.
+
+    Raises:
+        UsageError: They contradict each other, or are no place.
+        InputError: The transform cannot be used.
+    """
+    import numpy as np
+
+    from borecheck.plans.patient_place import PatientPlace, at_isocentre, by_transform
+
+    typed = (getattr(args, n, None) for n in ("isocentre", "position", "transform"))
+    isocentre, position, transform = typed
+    if transform is not None:
+        if isocentre is not None:
+            raise UsageError("--isocentre and --transform both say where: give one")
+        if position is not None:
+            raise UsageError("--transform says how the patient lies: no --position")
+        place = by_transform(transform)
+        return Stated(place, True, True, (place.stated,))
+    position = position or scanned
+    centre = np.array([0.0, 0.0, 0.0] if isocentre is None else centre_of(isocentre))
+    words = f"isocentre {isocentre} in LPS"
+    if position is None:
+        T = np.eye(4)
+        T[:3, 3] -= centre
+        place = PatientPlace(T, words)
+    else:
+        place = at_isocentre(centre, position, words)
+    notes = [] if position is None else [f"the patient lies {position}"]
+    if isocentre is not None:
+        notes.append(words)
+    return Stated(place, position is not None, isocentre is not None, tuple(notes))
+
+
 def place_of(args: argparse.Namespace) -> "PatientPlace | None":
     """The place that the options state; None where they state none.
 
@@ -51,29 +104,21 @@ def place_of(args: argparse.Namespace) -> "PatientPlace | None":
         InputError: The transform cannot be used.
     """
     isocentre = getattr(args, "isocentre", None)
-    transform = getattr(args, "transform", None)
-    position = getattr(args, "position", None)
-    if isocentre is not None and transform is not None:
-        raise UsageError("--isocentre and --transform both say where: give one")
     scans = getattr(args, "patient_ct", [])
-    if position is None and isocentre is not None and scans:
-        # a scan says how its patient lies; `scan_place` asks that all agree
-        args.position = position = _scanned_position(args, scans[0])
-    if position is not None and isocentre is None and not scans:
-        raise UsageError("--position goes with --isocentre")
-    if isocentre is None and transform is None:
+    if isocentre is None and getattr(args, "transform", None) is None:
+        if getattr(args, "position", None) is not None and not scans:
+            raise UsageError("--position goes with --isocentre")
         return None
-    if transform is None and position is None:
+    if isocentre is not None and args.position is None and scans:
+        # a scan says how its patient lies; `scan_place` asks that all agree
+        args.position = _scanned_position(args, scans[0])
+    found = stated(args)
+    if not found.turned:
         raise UsageError(
             "--isocentre says where, and nothing how the patient lies: add "
             f"--position, one of {', '.join(POSITIONS)}"
         )
-    from borecheck.plans.patient_place import at_isocentre, by_transform
-
-    if transform is not None:
-        return by_transform(transform)
-    said = f"isocentre {isocentre} in LPS"
-    return at_isocentre(centre_of(str(isocentre)), str(position), said)
+    return found.place
 
 
 def _scanned_position(args: argparse.Namespace, scan: Path) -> str | None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from borecheck.commands.options.patient_place import centre_of
+from borecheck.commands.options.patient_place import stated
 from borecheck.core.patient_frame import POSITIONS
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
@@ -142,45 +142,22 @@ def scan_place(args: argparse.Namespace, volume: "Volume") -> ScanPlace:
     Raises:
         UsageError: They contradict each other, or are no place.
     """
-    import numpy as np
-
-    from borecheck.core.patient_frame import scanner_from_patient
-    from borecheck.plans.patient_place import by_transform
-
-    if args.transform is not None:
-        if args.isocentre is not None:
-            raise UsageError("--isocentre and --transform both say where: give one")
-        if args.position is not None:
-            raise UsageError("--transform says how the patient lies: no --position")
-        place = by_transform(args.transform)
-        return ScanPlace(place.T_scanner_lps, "scanner", (), (place.stated,))
-    position, doubts = _position(args, volume), []
-    T, frame = np.eye(4), "LPS"
-    if position is not None:
-        T[:3, :3], frame = scanner_from_patient("LPS", position), "scanner"
-    else:
-        doubts.append(f"{volume.file} does not say how the patient lies: --position")
-    notes = [] if position is None else [f"the patient lies {position}"]
-    if args.isocentre is None:
-        doubts.append(
-            f"where the isocentre is in {volume.file} is not known: give --isocentre "
-            "or --transform"
-        )
-    else:
-        T[:3, 3] = -T[:3, :3] @ np.array(centre_of(args.isocentre))
-        notes.append(f"isocentre {args.isocentre} in LPS")
-    return ScanPlace(T, frame, tuple(doubts), tuple(notes))
-
-
-def _position(args: argparse.Namespace, volume: "Volume") -> str | None:
-    """How the patient lies: what is typed and what the scan says are one."""
     typed = args.position
-    if typed is not None and volume.position not in (None, typed):
+    if args.transform is None and typed and volume.position not in (None, typed):
         raise UsageError(
             f"--position {typed}, but {volume.file} says {volume.position}: leave it "
             "out, or mend the file"
         )
-    return str(typed) if typed is not None else volume.position
+    said, doubts = stated(args, volume.position), []
+    if not said.turned:
+        doubts.append(f"{volume.file} does not say how the patient lies: --position")
+    if not said.moved:
+        doubts.append(
+            f"where the isocentre is in {volume.file} is not known: give --isocentre "
+            "or --transform"
+        )
+    frame = "scanner" if said.turned else "LPS"
+    return ScanPlace(said.place.T_scanner_lps, frame, tuple(doubts), said.notes)
 
 
 def with_scans(args: argparse.Namespace, scene: "Scene") -> "Scene":
@@ -223,11 +200,11 @@ def _with_scan(args: argparse.Namespace, scene: "Scene", path: Path) -> "Scene":
         turn = np.eye(4)
         turn[:3, :3] = scanner_from_patient("LPS", POSITIONS[0])
         T = turn @ T
-    made = patient_obstacle(volume, T, wishes_at(args, place), shown())
+    made = patient_obstacle(volume, T, wishes_at(args, place), Shown())
     name, missing = _name(path), made.not_modelled
     reason = "; ".join(place.doubts + volume.doubts)
     cut = f"{name} beyond the scan ({', '.join(c.where for c in made.cuts)})"
-    told = (*stated(made, place), *far_patient(made.mesh))
+    told = (*notes_of(made, place), *far_patient(made.mesh))
     obstacle = Obstacle(
         name,
         "patient",
@@ -243,13 +220,8 @@ def _with_scan(args: argparse.Namespace, scene: "Scene", path: Path) -> "Scene":
     )
 
 
-def shown() -> "_Shown":
-    """Bars of progress, one for each kind of work."""
-    return _Shown()
-
-
-class _Shown:
-    """Progress of work whose kind is told with it."""
+class Shown:
+    """Bars of progress, one for each kind of work, which is told with it."""
 
     def __init__(self) -> None:
         from borecheck.commands.progress import Progress
@@ -257,6 +229,7 @@ class _Shown:
         self._bars: dict[str, Progress] = {}
 
     def __call__(self, what: str, done: int, total: int) -> None:
+        """Shows how much is done of a kind of work."""
         from borecheck.commands.progress import Progress
 
         if what not in self._bars:
@@ -264,7 +237,7 @@ class _Shown:
         self._bars[what](done, total)
 
 
-def stated(made: "PatientObstacle", place: ScanPlace) -> Sequence[str]:
+def notes_of(made: "PatientObstacle", place: ScanPlace) -> Sequence[str]:
     """All that is said of an obstacle and its place."""
     return [*place.notes, *made.notes, *place.doubts, *made.volume.doubts]
 
