@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from borecheck.core.whole_files import check_writable
+from borecheck.commands.common import add_format
+from borecheck.commands.output import refuse_surface
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,26 +21,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="FILE.stl", help="write its surface there, metres"
     )
-    parser.add_argument(
-        "--format", choices=("text", "json"), default="text", help="form of the result"
-    )
+    add_format(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Makes the body, writes it, and says what it is; 0."""
     from borecheck.bodies.body import NOT_MODELLED, make_body
     from borecheck.bodies.spec import body_spec
-    from borecheck.errors import UsageError
     from borecheck.geometry.mesh_files.stl import write_stl
     from borecheck.report.document import dumps
 
     spec = body_spec(args.body)
-    if args.out is not None:
-        if args.out.suffix.lower() != ".stl":
-            raise UsageError(
-                f"--out {args.out}: a body is written as STL: name it .stl"
-            )
-        check_writable(args.out)
+    refuse_surface(args)
     body = make_body(spec)
     if args.out is not None:
         write_stl(args.out, body.mesh)

@@ -118,15 +118,39 @@ def add_scene_options(parser: argparse.ArgumentParser) -> None:
 
 def add_output(parser: argparse.ArgumentParser) -> None:
     """Where the result goes, and in which form."""
-    parser.add_argument(
-        "--format", choices=("text", "json"), default="text", help="form of the result"
-    )
+    add_format(parser)
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help="write the full result there (JSON)"
     )
+    add_report(parser)
+    add_date(parser)
+
+
+def add_result(parser: argparse.ArgumentParser) -> None:
+    """The same for a command whose `--out` is what it makes: a path, plans, a mesh."""
+    add_format(parser)
+    parser.add_argument(
+        "--result", type=Path, metavar="FILE", help="write the full result there (JSON)"
+    )
+    add_date(parser)
+
+
+def add_format(parser: argparse.ArgumentParser) -> None:
+    """Text or JSON."""
+    parser.add_argument(
+        "--format", choices=("text", "json"), default="text", help="form of the result"
+    )
+
+
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """A page."""
     parser.add_argument(
         "--report", type=Path, metavar="OUT.html", help="write a page for people there"
     )
+
+
+def add_date(parser: argparse.ArgumentParser) -> None:
+    """A date in the result."""
     parser.add_argument(
         "--date", default=None, help="date to print in the result, as text"
     )

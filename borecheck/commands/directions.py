@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from borecheck.commands import common
 from borecheck.commands.options.patient_place import add_patient_place, stated
-from borecheck.commands.output import emit, refuse_outputs
+from borecheck.commands.output import emit, refuse_outputs, refuse_suffix
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
 
@@ -71,15 +71,7 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--picture", type=Path, metavar="MAP.svg", help="write a picture of the map"
     )
-    parser.add_argument(
-        "--format", choices=("text", "json"), default="text", help="form of the result"
-    )
-    parser.add_argument(
-        "--result", type=Path, metavar="FILE", help="write the full result there (JSON)"
-    )
-    parser.add_argument(
-        "--date", default=None, help="date to print in the result, as text"
-    )
+    common.add_result(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -112,8 +104,7 @@ def run(args: argparse.Namespace) -> int:
     best = ranked(found, args.rank) if args.rank else ()
     document = _document(args, found, best, asked)
     _write(args, found, best, asked)
-    given = argparse.Namespace(**{**vars(args), "out": args.result, "report": None})
-    emit(given, document, direction_text)
+    emit(args, document, direction_text)
     return {"clear": 0, "none": 1}.get(document["verdict"], 2)
 
 
@@ -122,10 +113,8 @@ def _refuse(args: argparse.Namespace) -> None:
     stated(args)  # refused before any work is done
     if args.rank < 0:
         raise UsageError(f"--rank {args.rank} is not 0 or more")
-    if args.out is not None and args.out.suffix.lower() not in (".csv", ".json"):
-        raise UsageError(f"--out {args.out}: plans are written as .csv or .json")
-    if args.picture is not None and args.picture.suffix.lower() != ".svg":
-        raise UsageError(f"--picture {args.picture}: pictures are SVG: name it .svg")
+    refuse_suffix("--out", args.out, "plans are CSV or JSON", ".csv", ".json")
+    refuse_suffix("--picture", args.picture, "pictures are SVG", ".svg")
 
 
 def _three(text: str, option: str) -> list[float]:

@@ -78,6 +78,41 @@ def refuse_outputs(
             _refuse_input(lost, text)
 
 
+def refuse_surface(args: argparse.Namespace, *names: str) -> None:
+    """As `refuse_outputs`, where `--out` is a surface: one of ours is written anew.
+
+    Raises:
+        InputError, UsageError: As there, or it is no STL by its name or its content.
+    """
+    if args.out is None:
+        refuse_outputs(args, *names)
+        return
+    from borecheck.geometry.mesh_files.stl import OURS
+
+    refuse_outputs(args, *names, more={"--out": args.out})
+    refuse_suffix("--out", args.out, "a surface is written as STL", ".stl")
+    if args.out.is_file():
+        with args.out.open("rb") as file:
+            if file.read(len(OURS)) != OURS:
+                raise UsageError(f"--out {args.out}: is there already and no result")
+
+
+def refuse_suffix(option: str, path: Path | None, what: str, *suffixes: str) -> None:
+    """Refuses a file, if one is named, whose name says another format.
+
+    Args:
+        option: Which names it.
+        path: The file.
+        what: What it will be, for the message.
+        suffixes: In lower case, with their points.
+
+    Raises:
+        UsageError: So.
+    """
+    if path is not None and path.suffix.lower() not in suffixes:
+        raise UsageError(f"{option} {path}: {what}: name it {' or '.join(suffixes)}")
+
+
 def _option(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
@@ -131,6 +166,8 @@ def _files_in(text: str) -> list[str]:
 def emit(args: argparse.Namespace, document: Mapping[str, Any], text: Text) -> None:
     """Prints the result and writes the files that were asked for.
 
+    The full result goes to `--result` where a command's `--out` is what it makes.
+
     Args:
         args: The options.
         document: The full result; its geometry, if any, stands under `display`.
@@ -138,13 +175,15 @@ def emit(args: argparse.Namespace, document: Mapping[str, Any], text: Text) -> N
     """
     if args.case is not None:
         document = {**document, "case": args.case.to_json()}
+    file = args.result if "result" in args else args.out
+    report = getattr(args, "report", None)
     try:
-        if args.out is not None:
-            write_whole(args.out, dumps(document))
-        if args.report is not None:
+        if file is not None:
+            write_whole(file, dumps(document))
+        if report is not None:
             from borecheck.report.page import page
 
-            write_whole(args.report, page(document))
+            write_whole(report, page(document))
     finally:
         _show(args.format, document, text)  # the work is done; it is not lost
 

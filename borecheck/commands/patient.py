@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from borecheck.commands import common
 from borecheck.commands.options.patient_place import add_patient_place
 from borecheck.commands.options.scan import (
     Shown,
@@ -17,7 +18,7 @@ from borecheck.commands.options.scan import (
     scan_place,
     wishes_at,
 )
-from borecheck.commands.output import emit, refuse_outputs
+from borecheck.commands.output import emit, refuse_suffix, refuse_surface
 from borecheck.core.whole_files import write_whole
 from borecheck.errors import UsageError
 
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
     from borecheck.patients.obstacle import PatientObstacle
     from borecheck.patients.volume import Volume
     from borecheck.robots.obstacle_files import Obstacle
-
-# What an STL of ours begins with.
-_OURS = b"borecheck"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -68,15 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="an installed scanner to show around the body in the picture",
     )
-    parser.add_argument(
-        "--format", choices=("text", "json"), default="text", help="form of the result"
-    )
-    parser.add_argument(
-        "--result", type=Path, metavar="FILE", help="write the full result there (JSON)"
-    )
-    parser.add_argument(
-        "--date", default=None, help="date to print in the result, as text"
-    )
+    common.add_result(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -91,43 +81,25 @@ def run(args: argparse.Namespace) -> int:
     begun = {**header("patient", args.argv, args.date), "file": str(args.scan)}
     if args.list:
         found = list_series(args.scan, Progress("files"))
-        _emit(args, {**begun, "series": found}, listed)
+        emit(args, {**begun, "series": found}, listed)
         return ExitStatus.CLEAN
     volume = scan_of(args, args.scan)
     if args.geometry_only:
-        _emit(args, {**begun, **_judged(volume)}, patient_text)
+        emit(args, {**begun, **_judged(volume)}, patient_text)
         return ExitStatus.CLEAN
-    _emit(args, {**begun, **_made(args, volume)}, patient_text)
+    emit(args, {**begun, **_made(args, volume)}, patient_text)
     return ExitStatus.CLEAN
 
 
 def _refuse_outputs(args: argparse.Namespace) -> None:
     """Outputs that cannot be written, before any work is done."""
-    surface = {} if args.out is None else {"--out": args.out}
-    refuse_outputs(args, "result", "picture", more=surface)
+    refuse_surface(args, "result", "picture")
+    refuse_suffix("--picture", args.picture, "pictures of a scan are PNG", ".png")
     if args.scanner is not None and args.picture is None:
         raise UsageError("--scanner is shown in the picture: give --picture")
     for name in ("out", "picture"):
         if getattr(args, name) is not None and (args.list or args.geometry_only):
             raise UsageError(f"--{name} needs the surface: leave out --list and so on")
-    if args.picture is not None and args.picture.suffix.lower() != ".png":
-        raise UsageError(f"--picture {args.picture}: name it .png")
-    if args.out is None:
-        return
-    if args.out.suffix.lower() != ".stl":
-        raise UsageError(f"--out {args.out}: a surface is written as STL: name it .stl")
-    if args.out.is_file() and not args.out.read_bytes()[:80].startswith(_OURS):
-        raise UsageError(f"--out {args.out}: is there already and no result")
-
-
-def _emit(args: argparse.Namespace, document: dict[str, Any], text: Any) -> None:
-    emit(
-        argparse.Namespace(
-            out=args.result, report=None, format=args.format, case=args.case
-        ),
-        document,
-        text,
-    )
 
 
 def _judged(volume: "Volume") -> dict[str, Any]:

@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Writes the page, the picture, or both."""
-    from borecheck.commands.output import refuse_outputs
+    from borecheck.commands.output import refuse_outputs, refuse_suffix
     from borecheck.core.result_file import read_result
     from borecheck.core.whole_files import write_whole
     from borecheck.report.page import page
@@ -47,8 +47,7 @@ def run(args: argparse.Namespace) -> int:
     if args.out is None and args.picture is None:
         raise UsageError("name the page to write, or --picture FILE")
     width, height = _size(args.size)
-    if args.picture is not None and args.picture.suffix.lower() not in (".svg", ".png"):
-        raise UsageError(f"--picture {args.picture}: name it .svg or .png")
+    refuse_suffix("--picture", args.picture, "it is SVG or PNG", ".svg", ".png")
     outputs = {} if args.out is None else {"the page": args.out}
     refuse_outputs(args, "picture", more=outputs)
     document = read_result(args.result)

@@ -15,7 +15,7 @@ from borecheck.commands import check, common
 from borecheck.commands.options.allowed import add_allowed, add_explain
 from borecheck.commands.options.needle import add_needle, names_plans, plan_named
 from borecheck.commands.options.patient_place import add_patient_place
-from borecheck.commands.output import emit, refuse_outputs
+from borecheck.commands.output import emit, refuse_outputs, refuse_suffix
 from borecheck.core.units import parse_length
 from borecheck.errors import UsageError
 
@@ -101,26 +101,15 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write its certificate there (and FILE's .npz)",
     )
-    parser.add_argument(
-        "--format", choices=("text", "json"), default="text", help="form of the result"
-    )
-    parser.add_argument(
-        "--result", type=Path, metavar="FILE", help="write the full result there (JSON)"
-    )
-    parser.add_argument(
-        "--report", type=Path, metavar="OUT.html", help="write a page for people there"
-    )
-    parser.add_argument(
-        "--date", default=None, help="date to print in the result, as text"
-    )
+    common.add_result(parser)
+    common.add_report(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Finds, writes and checks a way; 0 clear, 1 an end in contact, 2 none found."""
     if args.certificate is not None and args.out is None:
         raise UsageError("--certificate needs --out: it is of the path written there")
-    if args.out is not None and args.out.suffix.lower() != ".csv":
-        raise UsageError(f"--out {args.out}: a way is written as CSV: name it .csv")
+    refuse_suffix("--out", args.out, "a way is written as CSV", ".csv")
     refuse_outputs(args, "out", "certificate", "result", "report")
     from borecheck.commands.compiling import tell_of_compiling
 
@@ -192,11 +181,10 @@ def _checked(
         file = Path(folder) / "route.csv" if args.out is None else args.out
         write_path(file, robot.model.joint_names, way)
         asked = argparse.Namespace(
-            **{**vars(args), **_AS_CHECKED},
+            **{**vars(args), **_AS_CHECKED, "out": args.result},
             path=file,
             corridor=None,
         )
-        asked.out = args.result
         return check.run(asked, block)
 
 
@@ -213,9 +201,7 @@ def _no_way(
         "reason": found.reason,
         "route": _block(args, found),
     }
-    asked = argparse.Namespace(**vars(args))
-    asked.out = args.result
-    emit(asked, document, _text)
+    emit(args, document, _text)
     return of_verdict(document["verdict"])
 
 

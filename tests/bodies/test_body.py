@@ -177,3 +177,7 @@ def test_the_command_writes_what_it_says(tmp_path, capsys):
     np.testing.assert_allclose(high - low, said["size_m"], atol=1e-6)
     assert main(["body", *words[:1], "--out", str(tmp_path / "b.obj")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+    assert main(["body", *words]) == 0  # ours is written anew, another's is not
+    file.write_bytes(b"solid gantry\nendsolid gantry\n")
+    assert main(["body", *words]) == 2
+    assert file.read_bytes().startswith(b"solid gantry")
