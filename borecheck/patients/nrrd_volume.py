@@ -2,7 +2,6 @@
 
 import re
 import warnings
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from borecheck.patients.libraries import library
-from borecheck.patients.raw_slices import read_slices
+from borecheck.patients.raw_slices import raw_slices
 from borecheck.patients.values import kind_of
 from borecheck.patients.volume import (
     LABELS,
@@ -186,36 +185,10 @@ class _Planes:
     def __call__(self) -> Iterator[Plane]:
         columns, rows, slices = self.sizes
         count = columns * rows * self.layers
-        try:
-            with self.path.open("rb") as file:
-                file.seek(self.offset)
-                stream = _Inflated(file) if self.gz else file
-                for values in read_slices(self.path, stream, slices, count, self.kind):
-                    # the first axis changes fastest
-                    layers = values.reshape(rows, columns, self.layers)
-                    yield layers.max(axis=2).astype(np.float32)
-        except (OSError, EOFError, zlib.error) as error:
-            raise VolumeError(
-                self.path, f"is damaged or cut short ({error})"
-            ) from error
-
-
-class _Inflated:
-    """A gzip stream that begins in the middle of a file."""
-
-    def __init__(self, file: Any) -> None:
-        self._file = file
-        self._inflate = zlib.decompressobj(wbits=31)
-        self._rest = b""
-
-    def read(self, size: int) -> bytes:
-        """At most `size` bytes; none at the end."""
-        while not self._inflate.eof:
-            data = self._rest or self._file.read(1 << 16)
-            if not data:
-                return b""
-            found = self._inflate.decompress(data, size)
-            self._rest = self._inflate.unconsumed_tail
-            if found:
-                return found
-        return b""
+        found = raw_slices(
+            self.path, 0, slices, count, self.kind, gz=self.gz, begin=self.offset
+        )
+        for values in found:
+            # the first axis changes fastest
+            layers = values.reshape(rows, columns, self.layers)
+            yield layers.max(axis=2).astype(np.float32)

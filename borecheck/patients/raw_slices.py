@@ -18,17 +18,25 @@ _CHUNK = 1 << 20
 
 
 def raw_slices(
-    path: Path, offset: int, slices: int, count: int, dtype: Any, *, gz: bool
+    path: Path,
+    offset: int,
+    slices: int,
+    count: int,
+    dtype: Any,
+    *,
+    gz: bool,
+    begin: int = 0,
 ) -> Iterator[Any]:
     """Slices of `count` numbers each.
 
     Args:
         path: The file.
-        offset: Where they begin, [bytes]; of what is within, if all is compressed.
+        offset: Where they begin, [bytes]; of what is within, if it is compressed.
         slices: How many.
         count: Numbers in each.
         dtype: Their type.
-        gz: Whether the file as a whole is gzip.
+        gz: Whether the file is gzip from `begin` on.
+        begin: What is before it is not looked at, [bytes].
 
     Raises:
         VolumeError: The file ends early, or is damaged.
@@ -39,17 +47,18 @@ def raw_slices(
     if slices * count > MOST_VOXELS:
         raise VolumeError(path, f"claims {slices * count:,} voxels")
     try:
-        with gzip.open(path) if gz else path.open("rb") as stream:
-            _skip(stream, offset)
-            yield from read_slices(path, stream, slices, count, kind)
+        with path.open("rb") as file:
+            file.seek(begin)
+            stream = gzip.open(file) if gz else file
+            _exactly(stream, offset)  # gone over
+            yield from _slices(path, stream, slices, count, kind)
     except (OSError, EOFError, zlib.error) as error:
         raise VolumeError(path, f"is damaged or cut short ({error})") from error
 
 
-def read_slices(
+def _slices(
     path: Path, stream: Any, slices: int, count: int, kind: Any
 ) -> Iterator[Any]:
-    """Slices of an open stream; see `raw_slices`."""
     size = count * kind.itemsize
     for k in range(slices):
         data = _exactly(stream, size)
@@ -70,12 +79,3 @@ def _exactly(stream: Any, size: int) -> bytes:
         parts.append(part)
         left -= len(part)
     return b"".join(parts)
-
-
-def _skip(stream: Any, offset: int) -> None:
-    left = offset
-    while left > 0:
-        part = stream.read(min(left, _CHUNK))
-        if not part:
-            return
-        left -= len(part)
