@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from borecheck.patients.libraries import library
-from borecheck.patients.volume import FARTHEST_MM, VolumeError
+from borecheck.patients.volume import FARTHEST_MM, Array, VolumeError, told_by
 
 # The whole list of what is read.
 TAGS = (
@@ -74,6 +74,21 @@ class SliceHeader:
     padding: int | None
     diameter: float | None
     target: tuple[float, ...] | None
+
+    @property
+    def row(self) -> Array:
+        """Along a row, (3,)."""
+        return np.array(self.orientation[:3])
+
+    @property
+    def column(self) -> Array:
+        """Along a column, (3,)."""
+        return np.array(self.orientation[3:])
+
+    @property
+    def normal(self) -> Array:
+        """Of the image's plane, (3,)."""
+        return np.cross(self.row, self.column)
 
 
 @dataclass(frozen=True)
@@ -155,7 +170,7 @@ def read_header(file: Path) -> SliceHeader:
     except (_NoSliceError, _FaultyError):
         raise
     except Exception as error:
-        raise _FaultyError(series, f"a tag is malformed ({_short(error)})") from error
+        raise _FaultyError(series, f"a tag is malformed ({told_by(error)})") from error
 
 
 def _tags(file: Path) -> Any:
@@ -178,7 +193,7 @@ def _tags(file: Path) -> Any:
         raise _NoSliceError("no permission to read it") from None
     except Exception as error:
         raise _NoSliceError(
-            f"is not DICOM that can be read ({_short(error)})"
+            f"is not DICOM that can be read ({told_by(error)})"
         ) from error
 
 
@@ -279,7 +294,3 @@ def _texts(tags: Any, name: str) -> list[str]:
         return []
     many = [value] if isinstance(value, str) else value
     return [str(word).strip() for word in np.atleast_1d(many)]
-
-
-def _short(error: Exception) -> str:
-    return f"{type(error).__name__}: {str(error)[:80]}"

@@ -183,14 +183,12 @@ def _key(one: SliceHeader) -> tuple[Any, ...]:
 
 def _along(one: SliceHeader) -> float:
     """Place of a slice along its normal, [mm]."""
-    row, column = np.array(one.orientation[:3]), np.array(one.orientation[3:])
-    return float(np.array(one.origin) @ np.cross(row, column))
+    return float(np.array(one.origin) @ one.normal)
 
 
 def _is_across(one: SliceHeader) -> bool:
     """Whether the slice cuts the body across, tilted or not."""
-    row, column = np.array(one.orientation[:3]), np.array(one.orientation[3:])
-    return bool(abs(np.cross(row, column)[2]) > np.sqrt(0.5))
+    return bool(abs(one.normal[2]) > np.sqrt(0.5))
 
 
 def _listed(names: Iterable[str]) -> str:

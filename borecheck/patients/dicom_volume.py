@@ -6,7 +6,7 @@ SliceThickness and GantryDetectorTilt count for nothing.
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from borecheck.patients.volume import (
     Plane,
     Volume,
     VolumeError,
-    steps_told,
+    told_by,
 )
 
 # Two images nearer than that are at one place, [mm].
@@ -53,8 +53,8 @@ def read_series(
     series, said = chosen(path, folder, wanted)
     images = _one_each(path, series.slices)
     first = images[0]
-    row, column = (np.array(first.orientation[k : k + 3]) for k in (0, 3))
-    row, column = row / np.linalg.norm(row), column / np.linalg.norm(column)
+    row = first.row / np.linalg.norm(first.row)
+    column = first.column / np.linalg.norm(first.column)
     volume = Volume(
         file=str(path),
         kind=HOUNSFIELD,
@@ -68,12 +68,11 @@ def read_series(
         circle=_circle(images),
         frame_of_reference=first.frame or None,
         dropped=dropped_told(folder, series),
-        notes=said,
+        notes=(*said, *_uids_told(images)),
         series=series.name,
     )
     _refuse_gaps(volume)
-    more = (*_uids_told(images), *steps_told(volume))
-    return replace(volume, notes=(*said, *more))
+    return volume
 
 
 def _one_each(path: Path, images: Sequence[SliceHeader]) -> list[SliceHeader]:
@@ -98,8 +97,7 @@ def _one_each(path: Path, images: Sequence[SliceHeader]) -> list[SliceHeader]:
 
 def _apart(a: SliceHeader, b: SliceHeader) -> float:
     """Distance of two planes along their normal, [mm]."""
-    row, column = np.array(a.orientation[:3]), np.array(a.orientation[3:])
-    return float(abs(np.cross(row, column) @ (np.array(b.origin) - a.origin)))
+    return float(abs(a.normal @ (np.array(b.origin) - a.origin)))
 
 
 def _is_copy(a: SliceHeader, b: SliceHeader) -> bool:
@@ -159,12 +157,11 @@ def _circle(images: Sequence[SliceHeader]) -> FieldOfView | None:
     first = images[0]
     if first.diameter is None or not first.diameter > 0.0:
         return None
-    row, column = np.array(first.orientation[:3]), np.array(first.orientation[3:])
     width = first.spacing[1] * first.size[1]
     height = first.spacing[0] * first.size[0]
     if first.target is not None:
         way = np.array(first.target) - first.origin
-        centre = np.array([way @ row, way @ column])
+        centre = np.array([way @ first.row, way @ first.column])
     elif max(abs(width - first.diameter), abs(width - height)) > 0.02 * width:
         return None  # a part of it, and nobody says which
     else:
@@ -226,9 +223,8 @@ def _stored(image: SliceHeader) -> Any:
     except VolumeError:
         raise
     except Exception as error:
-        told = " ".join(str(error).split())[:160]
         raise VolumeError(
-            image.file, f"its pixels cannot be read ({type(error).__name__}: {told})"
+            image.file, f"its pixels cannot be read ({told_by(error)})"
         ) from error
     if pixels.shape != image.size:
         raise VolumeError(

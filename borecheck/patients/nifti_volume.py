@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from borecheck.core.patient_frame import LPS_FROM_RAS
 from borecheck.patients.libraries import library
 from borecheck.patients.raw_slices import raw_slices
 from borecheck.patients.values import kind_of
-from borecheck.patients.volume import Plane, Volume, VolumeError, steps_told
+from borecheck.patients.volume import Plane, Volume, VolumeError, told_by
 
 Array = NDArray[np.float64]
 
@@ -39,12 +39,11 @@ def read_nifti(path: Path) -> Volume:
     except VolumeError:
         raise
     except Exception as error:
-        told = " ".join(str(error).split())[:160]
         raise VolumeError(
-            path, f"its header cannot be read ({type(error).__name__}: {told})"
+            path, f"its header cannot be read ({told_by(error)})"
         ) from error
     shape = planes.shape
-    volume = Volume(
+    return Volume(
         file=str(path),
         kind=kind_of(path, planes),
         origins=origin + np.outer(np.arange(shape[2]), M[:, 2]),
@@ -55,8 +54,6 @@ def read_nifti(path: Path) -> Volume:
         planes=planes,
         notes=("world axes are RAS, turned to LPS", *notes),
     )
-    more = steps_told(volume)
-    return replace(volume, notes=(*volume.notes, *more))
 
 
 def _stated(
@@ -90,9 +87,8 @@ def _header(path: Path) -> tuple[Any, int]:
     except VolumeError:
         raise
     except Exception as error:
-        told = " ".join(str(error).split())[:160]
         raise VolumeError(
-            path, f"is no NIfTI file that can be read ({told})"
+            path, f"is no NIfTI file that can be read ({told_by(error)})"
         ) from error
 
 

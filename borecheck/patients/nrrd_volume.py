@@ -3,7 +3,7 @@
 import re
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from borecheck.patients.volume import (
     Plane,
     Volume,
     VolumeError,
-    steps_told,
+    told_by,
 )
 
 Array = NDArray[np.float64]
@@ -64,7 +64,7 @@ def read_nrrd(path: Path) -> Volume:
         path, offset, sizes, layers, _type(path, header), _gz(path, header)
     )
     segments = _segments(header)
-    volume = Volume(
+    return Volume(
         file=str(path),
         kind=LABELS if segments or layers > 1 else kind_of(path, planes),
         origins=origin + np.outer(np.arange(sizes[2]), M[2]),
@@ -75,7 +75,6 @@ def read_nrrd(path: Path) -> Volume:
         planes=planes,
         segments=segments,
     )
-    return replace(volume, notes=steps_told(volume))
 
 
 def _header(path: Path) -> tuple[Any, int]:
@@ -94,8 +93,9 @@ def _header(path: Path) -> tuple[Any, int]:
     except (VolumeError, OSError):
         raise
     except Exception as error:
-        told = " ".join(str(error).split())[:160]
-        raise VolumeError(path, f"its header cannot be read ({told})") from error
+        raise VolumeError(
+            path, f"its header cannot be read ({told_by(error)})"
+        ) from error
     if "data file" in header or "datafile" in header:
         raise VolumeError(path, "keeps its data in another file: save it as one .nrrd")
     return header, end.end()

@@ -49,7 +49,7 @@ def raw_slices(
     try:
         with path.open("rb") as file:
             file.seek(begin)
-            stream = gzip.open(file) if gz else file
+            stream = gzip.GzipFile(fileobj=file) if gz else file
             _exactly(stream, offset)  # gone over
             yield from _slices(path, stream, slices, count, kind)
     except (OSError, EOFError, zlib.error) as error:

@@ -1,6 +1,7 @@
 """Any scan as a volume: a DICOM folder, NIfTI, NRRD, segmentations of Slicer."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from borecheck.patients.dicom_series import series_of
 from borecheck.patients.dicom_volume import read_series
 from borecheck.patients.nifti_volume import read_nifti
 from borecheck.patients.nrrd_volume import read_nrrd
-from borecheck.patients.volume import Volume, VolumeError
+from borecheck.patients.volume import Volume, VolumeError, steps_told
 
 _NIFTI = (".nii", ".nii.gz")
 _NRRD = (".nrrd",)
@@ -32,6 +33,11 @@ def read_volume(
         UsageError: A library of the extra `ct` is not installed.
     """
     _refuse_absent(path)
+    volume = _read(path, series, progress)
+    return replace(volume, notes=(*volume.notes, *steps_told(volume)))
+
+
+def _read(path: Path, series: str | None, progress: Progress | None) -> Volume:
     name = path.name.lower()
     if path.is_file() and name.endswith((*_NIFTI, *_NRRD)):
         if series is not None:

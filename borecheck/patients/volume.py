@@ -39,6 +39,11 @@ class VolumeError(BorecheckError):
         self.problem = problem
 
 
+def told_by(error: Exception) -> str:
+    """What a library raised, in one short line."""
+    return f"{type(error).__name__}: {' '.join(str(error).split())[:160]}"
+
+
 @dataclass(frozen=True)
 class FieldOfView:
     """The circle that a CT reconstructs; what lies outside was not seen.
