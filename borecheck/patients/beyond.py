@@ -10,13 +10,10 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
 from borecheck.patients.edges import LEAST_MM2
-from borecheck.patients.raster import Cells, Raster, slabs
+from borecheck.patients.raster import Cells, Ids, Raster, moved, slabs
 from borecheck.patients.volume import Array, Volume
-
-Ids = NDArray[np.int64]
 
 # What is within so many cells of an edge is at it.
 _AT_EDGE = 1.5
@@ -101,8 +98,8 @@ def _projection(
 def _ends(volume: Volume, known: Raster, aside: Cells, length: float) -> Extended:
     """First and last layer carried on along the way from slice to slice."""
     whole = known.cells | aside
-    way = volume.axes @ (volume.origins[-1] - volume.origins[0])
-    drift = way[:2] / abs(way[2]) * np.sign(way[2])  # sideways for each mm upwards
+    u, v, w = volume.axes @ (volume.origins[-1] - volume.origins[0])
+    drift = np.array([u, v]) / w  # sideways for each mm upwards
     count = ceil(length / known.size[2])
     shift = np.abs(drift) * length / known.size[:2]
     pads = (count, ceil(shift[1]), ceil(shift[0]))
@@ -114,15 +111,6 @@ def _ends(volume: Volume, known: Raster, aside: Cells, length: float) -> Extende
         if float(end.sum()) * known.size[0] * known.size[1] <= LEAST_MM2:
             continue
         for k in range(1, count + 1):
-            moved = drift * (step * k * known.size[2]) / known.size[:2]
-            cells[layer + step * k] |= _moved(end, moved)
+            way = drift * (step * k * known.size[2]) / known.size[:2]
+            cells[layer + step * k] |= moved(end, way)
     return Extended(wide, cells & ~seen)
-
-
-def _moved(layer: Cells, by: Array) -> Cells:
-    """A layer moved by a part of a cell (u, v): every cell that it reaches into."""
-    found = np.zeros_like(layer)
-    for du in {int(np.floor(by[0])), int(np.ceil(by[0]))}:
-        for dv in {int(np.floor(by[1])), int(np.ceil(by[1]))}:
-            found |= np.roll(layer, (dv, du), axis=(0, 1))
-    return found

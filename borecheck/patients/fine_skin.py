@@ -61,13 +61,7 @@ def _empty(volume: Volume) -> Plane:
 
 def _kept(volume: Volume, body: Body, k: int, plane: Plane) -> Plane:
     """A slice with a rim of air, without what was removed, hollows filled."""
-    raster = body.raster
-    down, across = volume.spacing
-    u, v, w = volume.places[k]
-    columns = raster.holding(u + across * np.arange(volume.columns), 0)
-    rows = raster.holding(v + down * np.arange(volume.rows), 1)
-    layer = int(raster.holding(np.array([w]), 2)[0])
-    at = layer, rows[:, None], columns[None, :]
+    at = body.raster.at(volume, k)
     values = np.where(np.isnan(plane), np.float32(_AIR), plane)
     if volume.kind == LABELS:
         values = np.where(values > 0, np.float32(0.0), np.float32(2 * SKIN_HU))

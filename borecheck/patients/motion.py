@@ -7,7 +7,7 @@ from math import ceil
 import numpy as np
 
 from borecheck.patients.beyond import Extended
-from borecheck.patients.raster import Cells
+from borecheck.patients.raster import moved
 from borecheck.patients.volume import Array, Volume
 
 BREATHING, SAG, COVER = "breathing", "couch sag", "cover"
@@ -58,19 +58,8 @@ def swept(whole: Extended, ways: Sequence[tuple[Array, Motion]]) -> Extended:
         cells, still = raster.cells.copy(), assumed.copy()
         for k in range(1, steps + 1):
             by = way / size * (k / steps)
-            cells |= _moved(raster.cells, by)
-            still |= _moved(assumed, by)
+            cells |= moved(raster.cells, by)
+            still |= moved(assumed, by)
         seen = cells & ~still
         whole = Extended(raster.with_cells(cells), cells & ~seen)
     return whole
-
-
-def _moved(cells: Cells, by: Array) -> Cells:
-    """Cells moved by a part of a cell (u, v, w): every cell that they reach into."""
-    found = np.zeros_like(cells)
-    options = [sorted({int(np.floor(x + 1e-9)), int(np.ceil(x - 1e-9))}) for x in by]
-    for u in options[0]:
-        for v in options[1]:
-            for w in options[2]:
-                found |= np.roll(cells, (w, v, u), axis=(0, 1, 2))
-    return found

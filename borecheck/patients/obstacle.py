@@ -36,8 +36,6 @@ EXTENSION_MM = 50.0
 _TRIES = ((1.0, 1.0), (1.0, 0.5), (1.3, 0.5), (1.7, 0.3))
 # Cells below that size are taken two by two for the surface, [mm].
 _FINE_CELL_MM = 2.1
-# Of scans up to that size the skin is made once.
-_KEPT_VOXELS = 30_000_000
 # Simplification of surfaces on one or on two cells, [mm].
 _TOLERANCES_MM = {1: 0.85, 2: 1.1}
 # Of scans up to that size the skin is made once.
@@ -216,16 +214,8 @@ class _Skin:
 def cuts_of_body(volume: Volume, body: Body) -> tuple[Cut, ...]:
     """Edges of the scan at which the body that was kept is cut."""
     raster = body.raster
-    down, across = volume.spacing
-
-    def masks() -> Iterator[NDArray[np.bool_]]:
-        for u, v, w in volume.places:
-            columns = raster.holding(u + across * np.arange(volume.columns), 0)
-            rows = raster.holding(v + down * np.arange(volume.rows), 1)
-            layer = int(raster.holding(np.array([w]), 2)[0])
-            yield raster.cells[layer, rows[:, None], columns[None, :]]
-
-    return cuts_of(volume, masks())
+    masks = (raster.cells[raster.at(volume, k)] for k in range(volume.slices))
+    return cuts_of(volume, masks)
 
 
 def _refuse_empty(volume: Volume, raster: Raster) -> None:

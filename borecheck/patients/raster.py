@@ -8,6 +8,7 @@ construction.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 from math import ceil
 
 import numpy as np
@@ -17,6 +18,7 @@ from borecheck.patients.edges import tissue
 from borecheck.patients.volume import Array, Volume
 
 Cells = NDArray[np.bool_]
+Ids = NDArray[np.int64]
 Progress = Callable[[int, int], None]
 
 # Cells are about so large, [mm], and larger where there would be more than so many.
@@ -58,10 +60,34 @@ class Raster:
         """Volume of so many cells, [mm^3]."""
         return float(count * np.prod(self.size))
 
-    def holding(self, places: Array, axis: int) -> NDArray[np.int64]:
+    def holding(self, places: Array, axis: int) -> Ids:
         """Numbers of the cells along an axis that hold these places, clipped."""
         found = np.floor((places - self.low[axis]) / self.size[axis]).astype(np.int64)
         return np.clip(found, 0, self.cells.shape[2 - axis] - 1)
+
+    def at(self, volume: Volume, k: int) -> tuple[int, Ids, Ids]:
+        """Numbers of the cells that hold slice k's voxels, to index `cells` by."""
+        down, across = volume.spacing
+        u, v, w = volume.places[k]
+        columns = self.holding(u + across * np.arange(volume.columns), 0)
+        rows = self.holding(v + down * np.arange(volume.rows), 1)
+        layer = int(self.holding(np.array([w]), 2)[0])
+        return layer, rows[:, None], columns[None, :]
+
+
+def moved(cells: Cells, by: Array) -> Cells:
+    """Cells moved by a part of a cell: every cell that they reach into.
+
+    Args:
+        cells: (w, v, u), or one layer (v, u).
+        by: In the order u, v, w, [cells].
+    """
+    found = np.zeros_like(cells)
+    axes = tuple(range(cells.ndim))
+    ways = [{int(np.floor(x + 1e-9)), int(np.ceil(x - 1e-9))} for x in by[::-1]]
+    for way in product(*ways):
+        found |= np.roll(cells, way, axis=axes)
+    return found
 
 
 def slabs(volume: Volume) -> tuple[Array, Array]:
