@@ -69,8 +69,7 @@ class Body:
     @property
     def volume(self) -> float:
         """[m3]."""
-        a, b, c = np.moveaxis(self.mesh.corners, 1, 0)
-        return float((a * np.cross(b, c)).sum() / 6.0)
+        return enclosed(self.mesh.vertices, self.mesh.triangles)
 
 
 def make_body(spec: BodySpec) -> Body:
@@ -81,7 +80,7 @@ def make_body(spec: BodySpec) -> Body:
     along = spec.height / length
     # its volume as shipped grows by `along` once and by `across` twice
     across = float(
-        np.sqrt(spec.mass / DENSITY / (_volume(vertices, triangles) * along))
+        np.sqrt(spec.mass / DENSITY / (enclosed(vertices, triangles) * along))
     )
     scaled = vertices * [along, across, across]
     half = 0.5 * _depth_at_waist(scaled)
@@ -129,7 +128,8 @@ def _surface(name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     return manifest()["unit_m"] * packed.astype(np.float64), triangles.astype(np.int64)
 
 
-def _volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> float:
+def enclosed(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> float:
+    """Volume of what a closed surface winds about, [m3]."""
     a, b, c = np.moveaxis(vertices[triangles], 1, 0)
     return float((a * np.cross(b, c)).sum() / 6.0)
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from borecheck.bodies.body import enclosed
 from borecheck.bodies.table import DENSITY, GIRTHS, KEYS, STATURE
 from borecheck.geometry.mesh.triangle_mesh import TriangleMesh
 from borecheck.geometry.surfaces import surface
@@ -170,7 +171,7 @@ def baked(person: Person, bmi: float, table: list[float], out: Path) -> list[dic
         heavy, lain, ends = fitted(person, arms, wanted, table)
         vertices, triangles = solid(lain, person.source.triangles)
         # exactly that mass: wider and deeper by the same factor
-        s = np.sqrt(mass / DENSITY / volume(vertices, triangles))
+        s = np.sqrt(mass / DENSITY / enclosed(vertices, triangles))
         origin = np.array([ends.at(WAIST), 0.0, 0.0])
         packed, triangles = crossing_free(vertices * [1.0, s, s] - origin, triangles)
         made = UNIT * packed.astype(np.float64)
@@ -191,7 +192,7 @@ def baked(person: Person, bmi: float, table: list[float], out: Path) -> list[dic
                 "crown_m": round(float(made[np.abs(made[:, 1]) < 0.05, 0].max()), 5),
                 "waist_m": round(girth_of_solid(made, triangles, 1e-6), 4),
                 "hip_m": round(girth_of_solid(made, triangles, hip), 4),
-                "volume_m3": round(volume(made, triangles), 6),
+                "volume_m3": round(enclosed(made, triangles), 6),
                 "triangles": len(triangles),
                 "sha256": sha256((out / name).read_bytes()).hexdigest(),
             }
@@ -248,15 +249,15 @@ def fitted(
         heavy = 0.5 * (low + high)
         skin, ends = person.posed(heavy, arms)
         lain = _with_girths(person, skin, ends, table)
-        if volume(lain, triangles) < wanted:
+        if enclosed(lain, triangles) < wanted:
             low = heavy
         else:
             high = heavy
     # where MakeHuman's heaviest is not enough all of it is made wider
-    wider = np.sqrt(wanted / volume(lain, triangles))
+    wider = np.sqrt(wanted / enclosed(lain, triangles))
     for _ in range(3):
         lain = _with_girths(person, skin, ends, [g / wider for g in table])
-        wider = np.sqrt(wanted / volume(lain, triangles))
+        wider = np.sqrt(wanted / enclosed(lain, triangles))
     return heavy, lain * [1.0, wider, wider], ends
 
 
@@ -272,12 +273,6 @@ def _with_girths(
             ratios[share] *= wanted[share] / found
         lain = person.lain(skin, ends, ratios)
     return lain
-
-
-def volume(vertices: Array, triangles: NDArray[np.int64]) -> float:
-    """Of what a surface winds about, [m3]."""
-    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
-    return float((a * np.cross(b, c)).sum() / 6.0)
 
 
 def write_manifest(records: list[dict], options: argparse.Namespace) -> None:
