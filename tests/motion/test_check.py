@@ -18,40 +18,16 @@ from borecheck.motion.problem import Body, PathProblem
 from borecheck.motion.robot_problem import path_problem
 from borecheck.motion.search import search
 from borecheck.robots.kinematics.chain import JointChain
-from borecheck.robots.kinematics.forward import SLIDES, TURNS
+from borecheck.robots.kinematics.forward import SLIDES
 from borecheck.robots.kinematics.robot_chain import chain_of
 from borecheck.verify.check import verify
 from studies import paths
+from tests.chains import hinge, slider
 
 Array = NDArray[np.float64]
 
 # A small part of the study in studies/paths.py, which runs 10,000.
 STUDY_PATHS = 60
-
-
-def _slider(axis: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> JointChain:
-    return JointChain(
-        parent=np.array([-1]),
-        origin=np.eye(4)[None],
-        kind=np.array([SLIDES]),
-        axis=np.array([axis]),
-        source=np.array([0]),
-        factor=np.ones(1),
-        offset=np.zeros(1),
-    )
-
-
-def _hinge() -> JointChain:
-    """One turn about z through the origin."""
-    return JointChain(
-        parent=np.array([-1]),
-        origin=np.eye(4)[None],
-        kind=np.array([TURNS]),
-        axis=np.array([[0.0, 0.0, 1.0]]),
-        source=np.array([0]),
-        factor=np.ones(1),
-        offset=np.zeros(1),
-    )
 
 
 def _cube(name: str, edge: float = 0.1) -> TriangleMesh:
@@ -65,7 +41,7 @@ def _at(mesh: TriangleMesh, x: float, y: float = 0.0, z: float = 0.0) -> Body:
 def _two_cubes(x: float, y: float = 0.0, margin: float = 0.0) -> PathProblem:
     """A cube of 0.1 m on a slider along x, and another that stands at x, y."""
     part = Body("part", _cube("part"), 0)
-    return PathProblem(_slider(), (part,), (_at(_cube("wall"), x, y),), margin=margin)
+    return PathProblem(slider(), (part,), (_at(_cube("wall"), x, y),), margin=margin)
 
 
 def test_first_contact_is_where_it_is_known_to_be() -> None:
@@ -106,7 +82,7 @@ def test_a_swing_that_grazes(gap: float) -> None:
     tip = TriangleMesh("tip", [[0.1, 0, -0.1], [0.5, 0, 0], [0.1, 0, 0.1]], SHEET[:2])
     wall = box("wall", [0.2, 2.0, 2.0])
     problem = PathProblem(
-        _hinge(), (Body("tip", tip, 0),), (_at(wall, 0.5 + 0.1 + gap),)
+        hinge(), (Body("tip", tip, 0),), (_at(wall, 0.5 + 0.1 + gap),)
     )
     verdict = search(problem, [[-1.0], [1.2]])
     assert verdict.verdict == ("clear" if gap > 0 else "contact")
@@ -117,12 +93,12 @@ def test_a_thin_sheet_between_samples_is_found() -> None:
     sheet = TriangleMesh("sheet", SHEET_CORNERS, SHEET)
     needle = Body("needle", box("needle", [1e-3] * 3), 0)
     waypoints = np.linspace(0.0, 1.0, 101)[:, None]
-    problem = PathProblem(_slider(), (needle,), (_at(sheet, 0.505),))
+    problem = PathProblem(slider(), (needle,), (_at(sheet, 0.505),))
     verdict = search(problem, waypoints)
     assert verdict.verdict == "contact"
     assert verdict.first_contact is not None
     assert verdict.first_contact[0] < 0.505
-    aside = PathProblem(_slider(), (needle,), (_at(sheet, 0.505, 0.2),))
+    aside = PathProblem(slider(), (needle,), (_at(sheet, 0.505, 0.2),))
     assert search(aside, waypoints).verdict == "clear"
 
 
@@ -152,7 +128,7 @@ def test_dense_waypoints_and_few_give_the_same() -> None:
 
 def test_a_zigzag_is_not_its_chord() -> None:
     """Waypoints that leave the straight line: the run between its ends would miss."""
-    y_slider = _slider((0.0, 1.0, 0.0))
+    y_slider = slider((0.0, 1.0, 0.0))
     zigzag = np.array([[0.0], [0.3], [0.0], [0.3], [0.0]])
     part = Body("part", _cube("part"), 0)
     problem = PathProblem(y_slider, (part,), (_at(_cube("wall"), 0.0, 0.35),))
@@ -183,12 +159,12 @@ def test_self_contact_of_two_moving_parts() -> None:
 def test_inside_from_the_start() -> None:
     """Surfaces never meet, yet the part is in the wall all the way."""
     inner = Body("inner", _cube("inner", 0.01), 0)
-    problem = PathProblem(_slider(), (inner,), (_at(_cube("wall", 1.0), 0.0),))
+    problem = PathProblem(slider(), (inner,), (_at(_cube("wall", 1.0), 0.0),))
     verdict = search(problem, [[0.0], [0.2]])
     assert verdict.verdict == "contact"
     assert verdict.qualifiers == ("contained",)
     around = PathProblem(
-        _slider(),
+        slider(),
         (Body("shell", _cube("shell", 1.0), 0),),
         (_at(_cube("in", 0.01), 0),),
     )
@@ -204,7 +180,7 @@ def test_inside_after_contact_of_another_pair() -> None:
     )
     shell = _at(_cube("shell", 0.4), 0.5)
     block = _at(_cube("block"), 0.5, 1.0)
-    problem = PathProblem(_slider(), parts, (block, shell))
+    problem = PathProblem(slider(), parts, (block, shell))
     verdict = search(problem, [[0.0], [0.6], [-0.6], [0.6]])
     assert verdict.verdict == "contact"
     inside = 0.5 / 0.6 / 3.0  # the small part in the middle of the shell
@@ -216,10 +192,10 @@ def test_open_surfaces_stay_unknown_unless_far() -> None:
     cup = _cube("cup", 1.0)
     cup = TriangleMesh("cup", cup.vertices, cup.triangles[:-2])
     part = Body("part", _cube("part", 0.01), 0)
-    near = search(PathProblem(_slider(), (part,), (_at(cup, 0.0),)), [[0.0], [0.2]])
+    near = search(PathProblem(slider(), (part,), (_at(cup, 0.0),)), [[0.0], [0.2]])
     assert near.verdict == "unknown"
     assert "open" in near.reason
-    far = search(PathProblem(_slider(), (part,), (_at(cup, 3.0),)), [[0.0], [0.2]])
+    far = search(PathProblem(slider(), (part,), (_at(cup, 3.0),)), [[0.0], [0.2]])
     assert far.verdict == "clear"
 
 
@@ -240,7 +216,7 @@ def test_standing_still() -> None:
 
 
 def test_nothing_examined_is_not_clear() -> None:
-    problem = PathProblem(_slider(), (Body("part", _cube("part"), 0),), ())
+    problem = PathProblem(slider(), (Body("part", _cube("part"), 0),), ())
     assert search(problem, [[0.0], [1.0]]).verdict == "unknown"
 
 

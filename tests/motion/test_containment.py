@@ -13,7 +13,7 @@ from borecheck.motion.outcome import Timeline
 from borecheck.motion.problem import Body, PathProblem, path_motion
 from borecheck.robots.kinematics.chain import JointChain
 from borecheck.robots.kinematics.forward import SLIDES, TURNS, WORLD
-from tests.motion.test_search import slider
+from tests.chains import slider
 
 AB = ("part", "wall")
 

@@ -11,23 +11,10 @@ from borecheck.motion import cover as module
 from borecheck.motion.cover import apart, beside_or_within, cover, keeps
 from borecheck.motion.problem import Body, Passage, PathProblem, path_motion
 from borecheck.plans.corridor import SLACK, Corridor
-from borecheck.robots.kinematics.chain import JointChain
-from borecheck.robots.kinematics.forward import SLIDES
+from tests.chains import slider
 
 # what bounds of displacements add for rounding, of sizes near 1 m
 ROUNDING = 1e-11
-
-
-def slider(axis):
-    return JointChain(
-        parent=np.array([-1]),
-        origin=np.eye(4)[None],
-        kind=np.array([SLIDES]),
-        axis=np.array([axis]),
-        source=np.array([0]),
-        factor=np.ones(1),
-        offset=np.zeros(1),
-    )
 
 
 def motion_of(steps):
@@ -70,16 +57,19 @@ def test_so_many_are_tried_and_no_more(monkeypatch, most, given_up):
     assert len(asked) == most
 
 
-@pytest.mark.parametrize(
+# it stands; then it moves by as much to either side of the middle
+with_something_to_spare = pytest.mark.parametrize(
     ("begin", "end", "spare", "accepted"),
     [
-        # it stands; then it moves by 0.1 m to either side of the middle
         (0.5, 0.5, 3e-8, True),
         (0.5, 0.5, 1e-8, False),
         (0.0, 1.0, 3e-8, True),
         (0.0, 1.0, 1e-8, False),
     ],
 )
+
+
+@with_something_to_spare
 def test_what_is_apart_is_so_by_more_than_it_moves(begin, end, spare, accepted):
     moved = 0.2 * (end - begin) / 2
     gap = 0.01 + moved + spare  # at the middle, between faces
@@ -114,15 +104,7 @@ def insertion(tips):
     return problem, passage, path_motion(problem, [[z] for z in tips])
 
 
-@pytest.mark.parametrize(
-    ("begin", "end", "spare", "accepted"),
-    [
-        (0.5, 0.5, 3e-8, True),
-        (0.5, 0.5, 1e-8, False),
-        (0.0, 1.0, 3e-8, True),
-        (0.0, 1.0, 1e-8, False),
-    ],
-)
+@with_something_to_spare
 def test_a_needle_keeps_to_its_corridor_with_something_to_spare(
     begin, end, spare, accepted
 ):

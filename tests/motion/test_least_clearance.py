@@ -19,29 +19,17 @@ from borecheck.plans.corridor import Corridor
 from borecheck.report.document import motion_block
 from borecheck.report.motion_words import at_least, at_most
 from borecheck.robots.kinematics.chain import JointChain
-from borecheck.robots.kinematics.forward import SLIDES, TURNS
+from borecheck.robots.kinematics.forward import SLIDES
 from borecheck.robots.scene import Obstacle, Scene
 from studies import resampled_motions
+from tests.chains import hinge, slider
 from tests.places import ROBOTS
 
 # Distances of some metres in float64, and the reserve of the search.
 ROUNDING = 1e-8
 
 
-def chain_of_one(kind, axis):
-    return JointChain(
-        parent=np.array([-1]),
-        origin=np.eye(4)[None],
-        kind=np.array([kind]),
-        axis=np.array([axis]),
-        source=np.array([0]),
-        factor=np.ones(1),
-        offset=np.zeros(1),
-    )
-
-
-SLIDER = chain_of_one(SLIDES, (1.0, 0.0, 0.0))
-HINGE = chain_of_one(TURNS, (0.0, 0.0, 1.0))
+SLIDER, HINGE = slider(), hinge()
 
 
 def cube(name, edge=0.1):

@@ -11,7 +11,7 @@ from borecheck.geometry.mesh.primitives import box
 from borecheck.motion import least_clearance as module
 from borecheck.motion.least_clearance import Tolerance, _Search
 from borecheck.motion.problem import Body, PathProblem, path_motion
-from tests.motion.test_search import slider
+from tests.chains import slider
 
 TOUCHED = 1.0
 

@@ -11,10 +11,9 @@ from borecheck.motion import binding
 from borecheck.motion.binding import expected
 from borecheck.plans.corridor import Corridor
 from borecheck.plans.needle_plan import NeedlePlan
-from borecheck.robots.kinematics.chain import JointChain
-from borecheck.robots.kinematics.forward import SLIDES
 from borecheck.robots.robot import Robot
 from borecheck.robots.scene import Obstacle, Scene
+from tests.chains import slider
 from tests.places import ROBOTS
 
 
@@ -117,13 +116,4 @@ def test_a_corridor_is_of_a_path(arm, monkeypatch):
 
 def test_axes_are_brought_to_length_1():
     for axis in ([0.0, 0.0, 2.0], [0.0, 0.0, 1e-3], [0.0, 0.0, 1.0 + 1e-9]):
-        chain = JointChain(
-            parent=np.array([-1]),
-            origin=np.eye(4)[None],
-            kind=np.array([SLIDES]),
-            axis=np.array([axis]),
-            source=np.array([0]),
-            factor=np.ones(1),
-            offset=np.zeros(1),
-        )
-        np.testing.assert_array_equal(chain.axis, [[0.0, 0.0, 1.0]])
+        np.testing.assert_array_equal(slider(axis).axis, [[0.0, 0.0, 1.0]])

@@ -15,22 +15,9 @@ from borecheck.motion.halving import TOUCHED, UNDECIDED
 from borecheck.motion.outcome import PathVerdict, Stretch, Timeline
 from borecheck.motion.problem import Body, PathProblem, path_motion
 from borecheck.motion.search import Examined, examine_pair, joined, search
-from borecheck.robots.kinematics.chain import JointChain
-from borecheck.robots.kinematics.forward import SLIDES, TURNS
+from tests.chains import hinge, slider
 
 AB = ("a", "b")
-
-
-def slider():
-    return JointChain(
-        parent=np.array([-1]),
-        origin=np.eye(4)[None],
-        kind=np.array([SLIDES]),
-        axis=np.array([(1.0, 0.0, 0.0)]),
-        source=np.array([0]),
-        factor=np.ones(1),
-        offset=np.zeros(1),
-    )
 
 
 def problem(*places, **more):
@@ -281,10 +268,9 @@ def test_neighbours_of_equal_outcome_are_one_and_no_others():
 
 def test_where_no_number_lies_between_nothing_is_halved():
     """A hinge so fast that it turns far between two numbers, always in contact."""
-    hinge = replace(slider(), kind=np.array([TURNS]), axis=np.array([(0.0, 0.0, 1.0)]))
     bar = Body("bar", box("bar", [1.0, 0.1, 0.1]), 0)
     hub = Body("hub", box("hub", [0.3] * 3))
-    turning = PathProblem(hinge, (bar,), (hub,))
+    turning = PathProblem(hinge(), (bar,), (hub,))
     chain, pair, way, motion = pair_of(turning, [[0.0], [1e14]])
     last = 1.0 - 2.0**-50  # what comes before is said to be settled
     rows, looked, judged = module._by_boxes_and_planes(
