@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from borecheck.motion.containment import held, left_of_path
-from borecheck.robots.kinematics.forward import WORLD
+from borecheck.motion.containment import held_at, left_of_path
 
 if TYPE_CHECKING:
     from borecheck.motion.problem import Motion, Pair
@@ -40,29 +39,9 @@ def not_beside(
     if not (pair.moving.topology.is_closed and pair.standing.topology.is_closed):
         return [(0.0, span)]
     near = [(float(row[0]), float(row[1])) for row in rows]
-    inside = [
+    clear = [
         stretch
         for stretch in left_of_path(near, span)
-        if not _is_outside(chain, pair, motion, stretch[0])
+        if held_at(chain, pair, motion, stretch[0]).kind == "none"
     ]
-    return _joined(sorted([*near, *inside]))
-
-
-def _is_outside(
-    chain: "JointChain", pair: "Pair", motion: "Motion", time: float
-) -> bool:
-    """Whether neither holds a part of the other while their surfaces are apart."""
-    placed = motion.place(chain, time)
-    a, b = pair.moving, pair.standing
-    T_b = b.T_frame_mesh if b.frame == WORLD else placed[b.frame]
-    return held(a, placed[a.frame], b, T_b).kind == "none"
-
-
-def _joined(stretches: list[Stretch]) -> list[Stretch]:
-    found: list[Stretch] = []
-    for begin, end in stretches:
-        if found and begin <= found[-1][1]:
-            found[-1] = (found[-1][0], max(end, found[-1][1]))
-        else:
-            found.append((begin, end))
-    return found
+    return left_of_path(clear, span)

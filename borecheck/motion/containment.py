@@ -52,10 +52,7 @@ def examine_containment(
         return
     for start, end in left_of_path(timeline.not_clear_for(pair.names)):
         # A stretch is proven clear with its ends, so any instant of it will do.
-        placed = motion.place(chain, start * timeline.span)
-        T_a = placed[a.frame]
-        T_b = b.T_frame_mesh if b.frame == WORLD else placed[b.frame]
-        found = held(a, T_a, b, T_b)
+        found = held_at(chain, pair, motion, start * timeline.span)
         if found.kind == "unknown":
             timeline.add_unknown(pair.names, found.reason)
         elif found.kind != "none":
@@ -74,6 +71,16 @@ def left_of_path(
     if begin < whole:
         left.append((begin, whole))
     return left
+
+
+def held_at(
+    chain: JointChain, pair: "Pair", motion: "Motion", time: float
+) -> Enclosure:
+    """As `held`, of a pair at a time in waypoints."""
+    placed = motion.place(chain, time)
+    a, b = pair.moving, pair.standing
+    T_b = b.T_frame_mesh if b.frame == WORLD else placed[b.frame]
+    return held(a, placed[a.frame], b, T_b)
 
 
 def held(a: "Body", T_a: Array, b: "Body", T_b: Array) -> Enclosure:
