@@ -8,6 +8,9 @@ from collections.abc import Mapping
 from math import ceil, floor
 from typing import Any
 
+# What no least clearance counts where a needle may be in its patient.
+NEEDLE_APART = "; the needle to its patient does not count"
+
 
 def motion_lines(block: Mapping[str, Any]) -> list[str]:
     """What is proven of a motion and what the samples add; a line each."""
@@ -21,7 +24,9 @@ def motion_lines(block: Mapping[str, Any]) -> list[str]:
     lines += contact_lines(path)
     worst = path["worst"]
     if path.get("least") is not None:
-        lines.append(least_line(path["least"], closest))
+        line = least_line(path["least"], closest)
+        inside = block.get("corridor") is not None
+        lines.append(f"{line}{NEEDLE_APART if inside else ''}")
     elif worst["closest"] is not None and worst.get("sampled_clearance_m"):
         nearest = worst["closest"]
         lines.append(

@@ -272,7 +272,7 @@ class Claims:
             if depth > deepest:
                 deepest, widest = depth, width
             self.checked += 1
-        if passage.radius > widest + ROUNDING and deepest > -passage.slack:
+        if len(passage.intervals) and passage.radius > widest + ROUNDING:
             raise Rejected(
                 f"the corridor is {1e3 * passage.radius:g} mm wide about its line, "
                 f"{a.name} only {1e3 * widest:.3g} mm"

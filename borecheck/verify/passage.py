@@ -33,6 +33,8 @@ Array = NDArray[np.float64]
 MOST_SLACK = 2e-3
 # Nothing thicker is a needle: half its width, [m].
 WIDEST_NEEDLE = 5e-3
+# How much of a needle, from its tip, tells how wide it is, [m].
+FOREMOST = 0.01
 # More than the rounding of sizes up to 100 m, [m].
 ROUNDING = 1e-10
 # Into so many lengths the line is divided at most.
@@ -67,16 +69,17 @@ class StatedCorridor:
         return np.asarray(self.entry + depth * self.axis, dtype=np.float64)
 
     def depth_and_width(self, needle: Array, moved: float) -> tuple[float, float]:
-        """How deep triangles (m, 3, 3) of a needle are, and half the width of those.
+        """How deep triangles (m, 3, 3) of a needle are, and half the width of some.
 
-        The width is measured about its own middle, seen along the line.
+        Of those that may be in the corridor, and of its foremost length: where only a
+        fine tip went in, what would follow it is a part of the needle, too. The width
+        is about its own middle, seen along the line.
         """
         depth, _ = self._depth_and_aside(needle)
         deepest = float(depth.max())
-        inside = depth.max(axis=1) + moved > -self.slack
-        if not inside.any():
-            return deepest, 0.0
-        points = needle[inside].reshape(-1, 3)
+        foremost = deepest - min(self.length, FOREMOST)
+        counts = depth.max(axis=1) > min(-self.slack - moved, foremost)
+        points = needle[counts].reshape(-1, 3)
         seen = points - np.outer(points @ self.axis, self.axis)
         middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
         return deepest, float(np.linalg.norm(seen - middle, axis=1).max())

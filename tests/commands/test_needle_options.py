@@ -93,6 +93,8 @@ def test_the_last_leg_of_a_path_is_its_corridor(folder, capsys):
     assert status == 0
     assert "CLEAR" in out
     assert "the needle (needle needle_link tip needle_tip:z) may be in the" in out
+    least = next(line for line in out.splitlines() if "least clearance" in line)
+    assert least.endswith("; the needle to its patient does not count")
     assert not err
 
 

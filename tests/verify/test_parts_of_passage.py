@@ -68,12 +68,25 @@ def test_depth_and_width_of_what_is_in() -> None:
     assert depth == pytest.approx(0.03)
     # about its own middle, not the line
     assert width == pytest.approx(wide)
-    # triangles that stay before the corridor have no width, unless they may move in
-    outside = rod(-0.1, -SLACK - 1e-4)
-    assert corridor().depth_and_width(outside, 0.0)[1] == 0.0
-    assert corridor().depth_and_width(outside, 2e-4)[1] == pytest.approx(wide)
-    handle = np.concatenate([rod(-0.1, 0.03), rod(-0.1, -0.05, half=0.02)])
-    assert corridor().depth_and_width(handle, 0.0)[1] == pytest.approx(wide)
+    # what stays before the corridor has no width, unless it may move in
+    handle = rod(-0.1, -SLACK - 1e-4, half=0.02)
+    needle = np.concatenate([rod(-0.1, 0.03), handle])
+    assert corridor().depth_and_width(needle, 0.0)[1] == pytest.approx(wide)
+    assert corridor().depth_and_width(needle, 2e-4)[1] > 0.02
+
+
+@pytest.mark.parametrize("tip", [-0.05, -SLACK, 0.001, 0.02])
+def test_a_needle_is_as_wide_as_its_foremost_centimetre(tip: float) -> None:
+    """A fine tip of 8 mm on a rod, and a handle 12 mm behind, however deep it is."""
+    steps = np.linspace(0.0, 0.008, 9)
+    cone = [rod(tip - b, tip - a, half=5e-4 * b / 0.008) for a, b in pairwise(steps)]
+    needle = [*cone, rod(tip - 0.1, tip - 0.008), rod(-0.1, tip - 0.0121, half=0.004)]
+    whole = corridor().depth_and_width(np.concatenate(needle[:-1]), 0.0)
+    assert whole[0] == pytest.approx(tip)
+    assert whole[1] == pytest.approx(np.hypot(5e-4, 5e-4))
+    if tip < 0.01:  # else the handle is in
+        held = corridor().depth_and_width(np.concatenate(needle), 0.0)
+        assert held[1] == pytest.approx(np.hypot(5e-4, 5e-4))
 
 
 WIDE = float(np.hypot(5e-4, 5e-4))  # of the rod

@@ -18,6 +18,7 @@ from borecheck.motion.certificate import (
     certificate,
     corridor_record,
     digest,
+    statement,
     write_certificate,
 )
 from borecheck.motion.passage import Approach, Slabs
@@ -367,6 +368,27 @@ def test_which_of_both_is_named_is_no_evidence(
     problems = verify({**content, "sha256": digest(content)}, meshes).problems
     assert len(problems) == 1
     assert why in problems[0]
+
+
+def test_a_corridor_as_wide_as_a_needle_may_be_is_not_this_needles(
+    problem: PathProblem, meshes: list[Any]
+) -> None:
+    """From before the entry it goes in aside of its line: by one interval's length."""
+    alone = PathProblem(
+        problem.chain, problem.parts[:1], problem.obstacles, passages=problem.passages
+    )
+    written = statement(
+        alone, [[0.0021, 0.0], [-0.0015, 0.0]], {"corridor": corridor_record(CORRIDOR)}
+    )
+    for name, radius in (("its own", RADIUS), ("a wider", 5e-3)):
+        changed = copy.deepcopy(written)
+        for record in (_passage(changed), changed["about"]["corridor"]):
+            record["radius_m"] = radius
+        _passage(changed)["intervals"] = [[0.0, 1.0, 0.0, 3.6e-3]]
+        content = {**changed, "sha256": digest(changed)}
+        (problem_text,) = verify(content, meshes).problems
+        why = "aside of its corridor" if radius == RADIUS else "needle only 0.707 mm"
+        assert why in problem_text, name
 
 
 def test_a_needle_held_by_the_patient_is_not_beside_it(
